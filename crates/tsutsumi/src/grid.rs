@@ -1,0 +1,441 @@
+//! The background grid: a box of equal cells, its node fields and cell fields, and the part of it that holds particles.
+//!
+//! Nodes and cells are numbered with x fastest. The grid never moves; the body does.
+
+use crate::tensor::Vector;
+
+/// A uniform grid with a spacing per axis.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Grid<const D: usize> {
+    origin: Vector<D>,
+    spacing: Vector<D>,
+    cells: [usize; D],
+}
+
+/// Why a grid cannot be made.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum GridError {
+    /// A spacing is zero, negative or not a number.
+    #[error("the grid spacing along axis {axis} is {spacing} m, but must be positive")]
+    Spacing {
+        /// The axis, 0 = x.
+        axis: usize,
+        /// The spacing given (m).
+        spacing: f64,
+    },
+    /// An axis has no cell, or the grid has more cells than can be numbered.
+    #[error("a grid of {cells:?} cells cannot be made: at least 1 per axis, at most {MAX_CELLS} in all")]
+    Cells {
+        /// The numbers of cells given, per axis.
+        cells: Vec<usize>,
+    },
+}
+
+/// The largest number of cells of a grid: cell and node numbers are 32 bits wide.
+pub const MAX_CELLS: usize = 1 << 30;
+
+/// A side of a cell or of a box: an axis and a direction.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct Side {
+    /// The axis normal to the side, 0 = x.
+    pub axis: usize,
+    /// True for the side at the larger coordinate.
+    pub upper: bool,
+}
+
+impl Side {
+    /// The sides of a cell: x lower, x upper, y lower, …
+    pub fn all<const D: usize>() -> impl Iterator<Item = Side> {
+        (0..D).flat_map(|axis| [Side { axis, upper: false }, Side { axis, upper: true }])
+    }
+
+    /// The component of the outward normal along the axis: −1 or +1.
+    pub fn sign(self) -> f64 {
+        if self.upper { 1.0 } else { -1.0 }
+    }
+
+    fn bit(self) -> u8 {
+        1 << (2 * self.axis + usize::from(self.upper))
+    }
+}
+
+/// A set of sides.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct SideSet(u8);
+
+impl SideSet {
+    /// No side.
+    pub const EMPTY: SideSet = SideSet(0);
+
+    /// Adds a side.
+    pub fn insert(&mut self, side: Side) {
+        self.0 |= side.bit();
+    }
+
+    /// True when the side is in the set.
+    pub fn contains(self, side: Side) -> bool {
+        self.0 & side.bit() != 0
+    }
+
+    /// The sides in either set.
+    pub fn union(self, other: SideSet) -> SideSet {
+        SideSet(self.0 | other.0)
+    }
+
+    /// True when no side is in the set.
+    pub fn is_empty(self) -> bool {
+        self.0 == 0
+    }
+}
+
+impl<const D: usize> Grid<D> {
+    /// A grid of `cells` cells of size `spacing` (m), its lowest corner at `origin` (m).
+    ///
+    /// # Errors
+    /// A spacing that is not positive, an axis without cells, more than [`MAX_CELLS`] cells.
+    pub fn new(origin: Vector<D>, spacing: Vector<D>, cells: [usize; D]) -> Result<Self, GridError> {
+        for axis in 0..D {
+            if !(spacing[axis] > 0.0 && spacing[axis].is_finite()) {
+                return Err(GridError::Spacing {
+                    axis,
+                    spacing: spacing[axis],
+                });
+            }
+        }
+        let nodes = cells
+            .iter()
+            .try_fold(1_usize, |count, &n| count.checked_mul(n.checked_add(1)?));
+        if cells.contains(&0) || nodes.is_none_or(|count| count > MAX_CELLS) {
+            return Err(GridError::Cells { cells: cells.to_vec() });
+        }
+        Ok(Grid { origin, spacing, cells })
+    }
+
+    /// The lowest corner (m).
+    pub fn origin(&self) -> Vector<D> {
+        self.origin
+    }
+
+    /// The highest corner (m).
+    pub fn end(&self) -> Vector<D> {
+        Vector::from_fn(|axis, _| self.origin[axis] + self.spacing[axis] * self.cells[axis] as f64)
+    }
+
+    /// The size of a cell (m).
+    pub fn spacing(&self) -> Vector<D> {
+        self.spacing
+    }
+
+    /// The number of cells per axis.
+    pub fn cells(&self) -> [usize; D] {
+        self.cells
+    }
+
+    /// The number of cells.
+    pub fn num_cells(&self) -> usize {
+        self.cells.iter().product()
+    }
+
+    /// The number of nodes.
+    pub fn num_nodes(&self) -> usize {
+        self.cells.iter().map(|n| n + 1).product()
+    }
+
+    /// The volume of a cell (m³; m² per metre in 2-D).
+    pub fn cell_volume(&self) -> f64 {
+        self.spacing.product()
+    }
+
+    /// The area of the cell sides normal to `axis` (m²; m per metre in 2-D, 1 in 1-D).
+    pub fn side_area(&self, axis: usize) -> f64 {
+        (0..D)
+            .filter(|&other| other != axis)
+            .map(|other| self.spacing[other])
+            .product()
+    }
+
+    /// The cell that holds a point (m); `None` outside the grid or when a coordinate is not a number.
+    #[inline]
+    pub fn cell_at(&self, point: &Vector<D>) -> Option<usize> {
+        let mut cell = 0;
+        for axis in (0..D).rev() {
+            let position = (point[axis] - self.origin[axis]) / self.spacing[axis];
+            let count = self.cells[axis];
+            // A point on the upper end of the grid belongs to the last cell. NaN fails the comparison.
+            if !(position >= 0.0 && position <= count as f64) {
+                return None;
+            }
+            cell = cell * count + (position as usize).min(count - 1);
+        }
+        Some(cell)
+    }
+
+    /// The numbers of a cell along the axes.
+    #[inline]
+    pub fn cell_index(&self, cell: usize) -> [usize; D] {
+        let mut rest = cell;
+        std::array::from_fn(|axis| {
+            let index = rest % self.cells[axis];
+            rest /= self.cells[axis];
+            index
+        })
+    }
+
+    /// The lowest corner of a cell (m).
+    pub fn cell_origin(&self, cell: usize) -> Vector<D> {
+        let index = self.cell_index(cell);
+        Vector::from_fn(|axis, _| self.origin[axis] + self.spacing[axis] * index[axis] as f64)
+    }
+
+    /// The centre of a cell (m).
+    pub fn cell_center(&self, cell: usize) -> Vector<D> {
+        self.cell_origin(cell) + self.spacing * 0.5
+    }
+
+    /// The cell beyond a side; `None` at the end of the grid.
+    pub fn neighbor(&self, cell: usize, side: Side) -> Option<usize> {
+        let index = self.cell_index(cell)[side.axis];
+        let stride: usize = self.cells[..side.axis].iter().product();
+        match side.upper {
+            true => (index + 1 < self.cells[side.axis]).then(|| cell + stride),
+            false => (index > 0).then(|| cell - stride),
+        }
+    }
+
+    /// How far apart neighbouring nodes along each axis are in the numbering.
+    #[inline]
+    pub fn node_strides(&self) -> [usize; D] {
+        let mut stride = 1;
+        std::array::from_fn(|axis| {
+            let this = stride;
+            stride *= self.cells[axis] + 1;
+            this
+        })
+    }
+
+    /// The position of a node (m).
+    pub fn node_position(&self, node: usize) -> Vector<D> {
+        let mut rest = node;
+        Vector::from_fn(|axis, _| {
+            let count = self.cells[axis] + 1;
+            let index = rest % count;
+            rest /= count;
+            self.origin[axis] + self.spacing[axis] * index as f64
+        })
+    }
+}
+
+/// The fields of the nodes, one value per node of the grid. Only active nodes hold values of this step.
+#[derive(Debug, Clone)]
+pub struct NodeFields<const D: usize> {
+    /// Lumped mass m_I (kg).
+    pub mass: Vec<f64>,
+    /// One over the mass, per axis; zero where a support holds the node or there is no mass (1/kg).
+    pub mobility: Vec<Vector<D>>,
+    /// Velocity at the start of the step, v_I of Eq. (10) (m/s). Holds the momentum (kg m/s) while sums are made.
+    pub velocity_old: Vec<Vector<D>>,
+    /// Velocity after the grid update, v_I^L (m/s).
+    pub velocity: Vec<Vector<D>>,
+    /// Acceleration a_I (m/s²).
+    pub acceleration: Vec<Vector<D>>,
+    /// Force of Eq. (5) without the pore pressure (N).
+    pub force: Vec<Vector<D>>,
+}
+
+impl<const D: usize> NodeFields<D> {
+    /// Fields of zeros for a grid.
+    pub fn new(grid: &Grid<D>) -> Self {
+        let vectors = vec![Vector::zeros(); grid.num_nodes()];
+        NodeFields {
+            mass: vec![0.0; grid.num_nodes()],
+            mobility: vectors.clone(),
+            velocity_old: vectors.clone(),
+            velocity: vectors.clone(),
+            acceleration: vectors.clone(),
+            force: vectors,
+        }
+    }
+
+    /// Sets the sums of the active nodes to zero.
+    pub fn clear(&mut self, active: &ActiveSet) {
+        for &node in active.nodes() {
+            self.mass[node as usize] = 0.0;
+            self.velocity_old[node as usize] = Vector::zeros();
+            self.force[node as usize] = Vector::zeros();
+        }
+    }
+}
+
+/// The fields of the cells, one value per cell of the grid. Only active cells hold values.
+#[derive(Debug, Clone)]
+pub struct CellFields {
+    /// Pore pressure p_w at the cell's centre at the end of the step (Pa, positive in compression).
+    pub pressure: Vec<f64>,
+    /// The same at the start of the step, from the particles (Pa).
+    pub pressure_old: Vec<f64>,
+}
+
+impl CellFields {
+    /// Fields of zeros for a grid.
+    pub fn new<const D: usize>(grid: &Grid<D>) -> Self {
+        CellFields {
+            pressure: vec![0.0; grid.num_cells()],
+            pressure_old: vec![0.0; grid.num_cells()],
+        }
+    }
+}
+
+/// The cells that hold particles and the nodes they touch, in ascending order.
+///
+/// An active cell also has a *slot*, its place among the active cells, for dense work arrays.
+#[derive(Debug, Clone)]
+pub struct ActiveSet {
+    cells: Vec<u32>,
+    nodes: Vec<u32>,
+    slot_of_cell: Vec<u32>,
+    node_is_active: Vec<bool>,
+    generation: u64,
+}
+
+const NO_SLOT: u32 = u32::MAX;
+
+impl ActiveSet {
+    /// An empty set for a grid. All memory it will ever need is set aside here.
+    pub fn new<const D: usize>(grid: &Grid<D>) -> Self {
+        ActiveSet {
+            cells: Vec::with_capacity(grid.num_cells()),
+            nodes: Vec::with_capacity(grid.num_nodes()),
+            slot_of_cell: vec![NO_SLOT; grid.num_cells()],
+            node_is_active: vec![false; grid.num_nodes()],
+            generation: 0,
+        }
+    }
+
+    /// Makes the set of the given cells (repeats allowed) and of the nodes that `stencil` lists for each.
+    pub fn rebuild(
+        &mut self,
+        occupied: impl Iterator<Item = u32>,
+        mut stencil: impl FnMut(usize, &mut dyn FnMut(usize)),
+    ) {
+        for &cell in &self.cells {
+            self.slot_of_cell[cell as usize] = NO_SLOT;
+        }
+        for &node in &self.nodes {
+            self.node_is_active[node as usize] = false;
+        }
+        self.cells.clear();
+        self.nodes.clear();
+        for cell in occupied {
+            if self.slot_of_cell[cell as usize] == NO_SLOT {
+                self.slot_of_cell[cell as usize] = 0;
+                self.cells.push(cell);
+            }
+        }
+        self.cells.sort_unstable();
+        for (slot, &cell) in self.cells.iter().enumerate() {
+            self.slot_of_cell[cell as usize] = slot as u32;
+            stencil(cell as usize, &mut |node| {
+                if !self.node_is_active[node] {
+                    self.node_is_active[node] = true;
+                    self.nodes.push(node as u32);
+                }
+            });
+        }
+        self.nodes.sort_unstable();
+        self.generation += 1;
+    }
+
+    /// The active cells.
+    pub fn cells(&self) -> &[u32] {
+        &self.cells
+    }
+
+    /// The nodes of the active cells.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// The place of a cell among the active ones.
+    #[inline]
+    pub fn slot(&self, cell: usize) -> Option<usize> {
+        let slot = self.slot_of_cell[cell];
+        (slot != NO_SLOT).then_some(slot as usize)
+    }
+
+    /// Counts the rebuilds: work arrays made for one generation hold until the next.
+    pub fn generation(&self) -> u64 {
+        self.generation
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn grid() -> Grid<2> {
+        Grid::new(Vector::<2>::new(-1.0, 2.0), Vector::<2>::new(0.5, 0.25), [4, 3]).unwrap()
+    }
+
+    #[test]
+    fn cells_and_nodes_are_numbered_with_x_fastest() {
+        let grid = grid();
+        assert_eq!((grid.num_cells(), grid.num_nodes()), (12, 20));
+        assert_eq!(grid.cell_at(&Vector::<2>::new(-0.4, 2.3)), Some(5));
+        assert_eq!(grid.cell_index(5), [1, 1]);
+        assert_eq!(grid.cell_center(5), Vector::<2>::new(-0.25, 2.375));
+        assert_eq!(grid.node_strides(), [1, 5]);
+        assert_eq!(grid.node_position(6), Vector::<2>::new(-0.5, 2.25));
+        assert_eq!(grid.end(), Vector::<2>::new(1.0, 2.75));
+        assert_eq!((grid.side_area(0), grid.side_area(1)), (0.25, 0.5));
+    }
+
+    #[test]
+    fn points_outside_have_no_cell_and_the_upper_end_belongs_to_the_last() {
+        let grid = grid();
+        assert_eq!(grid.cell_at(&Vector::<2>::new(1.0, 2.75)), Some(11));
+        assert_eq!(grid.cell_at(&Vector::<2>::new(1.0 + 1e-9, 2.5)), None);
+        assert_eq!(grid.cell_at(&Vector::<2>::new(f64::NAN, 2.5)), None);
+    }
+
+    #[test]
+    fn neighbors_stop_at_the_ends() {
+        let grid = grid();
+        assert_eq!(grid.neighbor(5, Side { axis: 0, upper: true }), Some(6));
+        assert_eq!(grid.neighbor(5, Side { axis: 1, upper: false }), Some(1));
+        assert_eq!(grid.neighbor(4, Side { axis: 0, upper: false }), None);
+        assert_eq!(grid.neighbor(11, Side { axis: 1, upper: true }), None);
+    }
+
+    #[test]
+    fn impossible_grids_are_refused() {
+        let origin = Vector::<1>::zeros();
+        assert!(matches!(
+            Grid::new(origin, Vector::<1>::new(f64::NAN), [1]),
+            Err(GridError::Spacing { .. })
+        ));
+        assert!(matches!(
+            Grid::new(origin, Vector::<1>::new(1.0), [0]),
+            Err(GridError::Cells { .. })
+        ));
+        assert!(matches!(
+            Grid::new(origin, Vector::<1>::new(1.0), [usize::MAX]),
+            Err(GridError::Cells { .. })
+        ));
+    }
+
+    #[test]
+    fn a_rebuilt_active_set_forgets_the_old_one() {
+        let grid = grid();
+        let mut active = ActiveSet::new(&grid);
+        let corners = |cell: usize, visit: &mut dyn FnMut(usize)| {
+            let [i, j] = grid.cell_index(cell);
+            [0, 1, 5, 6].iter().for_each(|offset| visit(i + 5 * j + offset));
+        };
+        active.rebuild([5, 1, 5].into_iter(), corners);
+        assert_eq!((active.cells(), active.nodes().len()), (&[1, 5][..], 6));
+        assert_eq!((active.slot(5), active.slot(4)), (Some(1), None));
+        active.rebuild([4].into_iter(), corners);
+        assert_eq!((active.cells(), active.nodes()), (&[4][..], &[5, 6, 10, 11][..]));
+        assert_eq!(active.slot(5), None);
+    }
+}

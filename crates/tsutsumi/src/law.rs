@@ -1,0 +1,120 @@
+//! Constitutive laws of the effective stress.
+//!
+//! A law is a pure function of one material point: it gets the effective stress and its history at the start of a step
+//! and the strain increment, and returns both at the end. Laws are three-dimensional; the dimension of the problem never
+//! reaches them.
+//!
+//! To write one, implement [`ConstitutiveLaw`]: two methods are required. `examples/my-law` is a complete one.
+
+mod group;
+mod linear_elastic;
+
+pub use group::{BlockOutcome, Group, Increment, MaterialGroup};
+pub use linear_elastic::LinearElastic;
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::tensor::{Matrix3, Matrix6, Sym3};
+
+/// Why a law cannot be used or could not be integrated.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum LawError {
+    /// A parameter is out of range.
+    #[error("parameter `{name}` is {value}, but must be {expected}")]
+    Parameter {
+        /// The name of the parameter, as users write it.
+        name: &'static str,
+        /// Its value.
+        value: f64,
+        /// The range that was expected, in words.
+        expected: &'static str,
+    },
+    /// The stress at the end of the step is infinite or not a number.
+    #[error("the stress is not finite after the strain increment {strain:?}")]
+    NotFinite {
+        /// The strain increment (–).
+        strain: Sym3,
+    },
+    /// An iteration did not converge.
+    #[error("the return mapping did not converge in {iterations} iterations (residual {residual:e})")]
+    NotConverged {
+        /// Iterations made.
+        iterations: usize,
+        /// The residual reached, in the law's own measure.
+        residual: f64,
+    },
+}
+
+/// A constitutive law: effective stress from strain increments, for one material point.
+pub trait ConstitutiveLaw: Send + Sync + 'static {
+    /// The history variables: plain data, `()` if there are none.
+    type State: Copy + Default + Send + Sync + Serialize + DeserializeOwned + 'static;
+
+    /// Effective stress σ' (Pa, positive in tension) and history at the end of a step.
+    ///
+    /// `stress` and `state` are those at the start, already turned with the material; `strain` is the increment Δε (–,
+    /// tensor shear components, positive in extension).
+    ///
+    /// # Errors
+    /// The law's own reasons why there is no answer.
+    fn update(&self, stress: Sym3, state: Self::State, strain: Sym3) -> Result<(Sym3, Self::State), LawError>;
+
+    /// The largest stiffness against a compression wave (Pa): limits the time step.
+    fn p_wave_modulus(&self, stress: Sym3, state: &Self::State) -> f64;
+
+    /// The largest stiffness against a shear wave (Pa): limits the time step.
+    ///
+    /// Without an implementation it is ¾ of the compression modulus, the most an isotropic solid can have (ν = −1 to ½
+    /// with K ≥ 0).
+    fn s_wave_modulus(&self, stress: Sym3, state: &Self::State) -> f64 {
+        0.75 * self.p_wave_modulus(stress, state)
+    }
+
+    /// Checks the parameters.
+    ///
+    /// # Errors
+    /// [`LawError::Parameter`] for the first one out of range.
+    fn validate(&self) -> Result<(), LawError> {
+        Ok(())
+    }
+
+    /// The history of a material point that starts with this effective stress (Pa).
+    fn initial_state(&self, _stress: Sym3) -> Self::State {
+        Self::State::default()
+    }
+
+    /// Turns the tensors of the history with the material: a → R a Rᵀ. Histories of scalars stay as they are.
+    fn rotate_state(&self, state: Self::State, _rotation: &Matrix3) -> Self::State {
+        state
+    }
+
+    /// The tangent dσ'/dε (Pa) in Kelvin components ([`Sym3::to_kelvin`]), at a strain increment.
+    ///
+    /// Without an implementation it is found by central differences of [`ConstitutiveLaw::update`].
+    ///
+    /// # Errors
+    /// Those of [`ConstitutiveLaw::update`].
+    fn tangent(&self, stress: Sym3, state: Self::State, strain: Sym3) -> Result<Matrix6, LawError> {
+        // The cube root of the machine precision balances rounding and truncation of a central difference.
+        let step = strain.to_kelvin().norm().max(1e-6) * f64::EPSILON.cbrt();
+        let mut tangent = Matrix6::zeros();
+        for column in 0..6 {
+            let mut direction = nalgebra::Vector6::zeros();
+            direction[column] = step;
+            let nudge = Sym3::from_kelvin(&direction);
+            let (forward, _) = self.update(stress, state, strain + nudge)?;
+            let (backward, _) = self.update(stress, state, strain - nudge)?;
+            tangent.set_column(column, &((forward - backward).to_kelvin() / (2.0 * step)));
+        }
+        Ok(tangent)
+    }
+
+    /// The names of the law's own output quantities, written beside the stress.
+    fn outputs(&self) -> &'static [&'static str] {
+        &[]
+    }
+
+    /// The values of [`ConstitutiveLaw::outputs`], in the same order.
+    fn write_outputs(&self, _stress: Sym3, _state: &Self::State, _values: &mut [f64]) {}
+}

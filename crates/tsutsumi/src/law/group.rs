@@ -1,0 +1,192 @@
+use std::ops::Range;
+
+use super::{ConstitutiveLaw, LawError};
+use crate::tensor::{Sym3, Vector, rotation};
+
+/// What one step does to a material point.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Increment {
+    /// The strain increment Δε (–).
+    pub strain: Sym3,
+    /// The axial vector of the spin increment (rad).
+    pub spin: Vector<3>,
+}
+
+/// The outcome of a law over a block of particles.
+#[derive(Debug, Clone, PartialEq, Default)]
+pub struct BlockOutcome {
+    /// Work of the effective stress, Σ V σ' : Δε (J).
+    pub work: f64,
+    /// The first particle of the block whose law failed, counted from the start of the block, and why. Its stress and
+    /// history are those at the start of the step, turned with the material.
+    pub failure: Option<(usize, LawError)>,
+}
+
+/// The particles of one material: its law and their histories.
+pub struct Group<L: ConstitutiveLaw> {
+    name: String,
+    law: L,
+    states: Vec<L::State>,
+    particles: Range<usize>,
+}
+
+impl<L: ConstitutiveLaw> Group<L> {
+    /// A group of the particles `particles` with these initial effective stresses (Pa).
+    pub fn new(name: impl Into<String>, law: L, particles: Range<usize>, stresses: &[Sym3]) -> Self {
+        let states = stresses.iter().map(|&stress| law.initial_state(stress)).collect();
+        Group {
+            name: name.into(),
+            law,
+            states,
+            particles,
+        }
+    }
+}
+
+/// A [`Group`] whose law is chosen at run time. A call handles many particles.
+pub trait MaterialGroup: Send + Sync {
+    /// The name of the material.
+    fn name(&self) -> &str;
+
+    /// The particles of the group.
+    fn particles(&self) -> Range<usize>;
+
+    /// Turns and updates the stresses (Pa) and histories of a block of particles.
+    ///
+    /// `first` is the number of the block's first particle within the group; `volumes` (m³) weight the work.
+    fn update_block(
+        &mut self,
+        first: usize,
+        stresses: &mut [Sym3],
+        increments: &[Increment],
+        volumes: &[f64],
+    ) -> BlockOutcome;
+
+    /// The largest compression and shear wave moduli in the group (Pa), for the stresses of its particles.
+    fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64);
+
+    /// The names of the law's own output quantities.
+    fn outputs(&self) -> &'static [&'static str];
+
+    /// The values of [`MaterialGroup::outputs`] for the group's particle number `particle`.
+    fn write_outputs(&self, particle: usize, stress: Sym3, values: &mut [f64]);
+}
+
+impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
+    fn name(&self) -> &str {
+        &self.name
+    }
+
+    fn particles(&self) -> Range<usize> {
+        self.particles.clone()
+    }
+
+    fn update_block(
+        &mut self,
+        first: usize,
+        stresses: &mut [Sym3],
+        increments: &[Increment],
+        volumes: &[f64],
+    ) -> BlockOutcome {
+        let mut outcome = BlockOutcome::default();
+        let states = &mut self.states[first..first + stresses.len()];
+        for (p, (stress, state)) in stresses.iter_mut().zip(states).enumerate() {
+            let increment = &increments[p];
+            // Jaumann: the old stress turns with the material by the rotation of the step.
+            if increment.spin != Vector::<3>::zeros() {
+                let turn = rotation(&increment.spin);
+                *stress = stress.rotated(&turn);
+                *state = self.law.rotate_state(*state, &turn);
+            }
+            match self.law.update(*stress, *state, increment.strain) {
+                Ok((new_stress, new_state)) if new_stress.is_finite() => {
+                    let mean = (*stress + new_stress) * 0.5;
+                    outcome.work += volumes[p] * mean.double_dot(increment.strain);
+                    *stress = new_stress;
+                    *state = new_state;
+                }
+                Ok(_) if outcome.failure.is_none() => {
+                    outcome.failure = Some((
+                        p,
+                        LawError::NotFinite {
+                            strain: increment.strain,
+                        },
+                    ));
+                }
+                Err(error) if outcome.failure.is_none() => outcome.failure = Some((p, error)),
+                _ => {}
+            }
+        }
+        outcome
+    }
+
+    fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64) {
+        self.states
+            .iter()
+            .zip(stresses)
+            .fold((0.0, 0.0), |(p_wave, s_wave): (f64, f64), (state, &stress)| {
+                (
+                    p_wave.max(self.law.p_wave_modulus(stress, state)),
+                    s_wave.max(self.law.s_wave_modulus(stress, state)),
+                )
+            })
+    }
+
+    fn outputs(&self) -> &'static [&'static str] {
+        self.law.outputs()
+    }
+
+    fn write_outputs(&self, particle: usize, stress: Sym3, values: &mut [f64]) {
+        self.law.write_outputs(stress, &self.states[particle], values);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::law::LinearElastic;
+
+    fn group() -> Group<LinearElastic> {
+        Group::new(
+            "soil",
+            LinearElastic {
+                young: 1e6,
+                poisson: 0.25,
+            },
+            0..2,
+            &[Sym3::ZERO; 2],
+        )
+    }
+
+    #[test]
+    fn a_rotation_turns_the_stress_and_does_no_work() {
+        let mut stresses = [Sym3::diagonal(-10.0, -20.0, -30.0); 2];
+        let quarter = Vector::<3>::new(0.0, 0.0, std::f64::consts::FRAC_PI_2);
+        let increments = [Increment {
+            spin: quarter,
+            ..Default::default()
+        }; 2];
+        let outcome = group().update_block(0, &mut stresses, &increments, &[1.0; 2]);
+        assert_eq!(outcome, BlockOutcome::default());
+        assert!((stresses[1].xx + 20.0).abs() < 1e-13 && (stresses[1].yy + 10.0).abs() < 1e-13);
+    }
+
+    #[test]
+    fn a_failing_particle_is_named_and_keeps_its_stress() {
+        let mut stresses = [Sym3::diagonal(-1.0, -1.0, -1.0); 2];
+        let increments = [
+            Increment {
+                strain: Sym3::diagonal(1e-6, 0.0, 0.0),
+                ..Default::default()
+            },
+            Increment {
+                strain: Sym3::diagonal(f64::NAN, 0.0, 0.0),
+                ..Default::default()
+            },
+        ];
+        let outcome = group().update_block(0, &mut stresses, &increments, &[1.0; 2]);
+        assert!(matches!(outcome.failure, Some((1, LawError::NotFinite { .. }))));
+        assert_eq!(stresses[1], Sym3::diagonal(-1.0, -1.0, -1.0));
+        assert!((stresses[0].xx - (-1.0 + 1.2)).abs() < 1e-12);
+    }
+}

@@ -1,0 +1,140 @@
+//! The material points: a body Ω split into subdomains Ω_p, each carried by a particle.
+
+use crate::grid::{Grid, SideSet};
+use crate::tensor::{Sym3, Vector};
+
+/// The material points, structure of arrays: every field has one value per particle, in the same order.
+///
+/// # Equation
+///
+/// ```text
+/// ρ(x) = Σ_p M_p δ(x − X_p)          Eq. (4)
+/// ```
+///
+/// The masses never change, so mass is conserved by construction.
+#[doc(alias = "Eq. (4)")]
+#[derive(Debug, Clone, Default)]
+pub struct Particles<const D: usize> {
+    /// Position X_p (m).
+    pub position: Vec<Vector<D>>,
+    /// Velocity V_p of the skeleton (m/s).
+    pub velocity: Vec<Vector<D>>,
+    /// Mass M_p of soil and water together (kg; kg per metre in 2-D, kg/m² in 1-D).
+    pub mass: Vec<f64>,
+    /// Volume Ω_p (m³; m² per metre in 2-D, m in 1-D).
+    pub volume: Vec<f64>,
+    /// Half the edge lengths of the box that the particle stands for (m). They stretch with the material along the axes.
+    pub half_size: Vec<Vector<D>>,
+    /// Effective stress σ' (Pa, positive in tension).
+    pub stress: Vec<Sym3>,
+    /// Pore pressure p_w (Pa, positive in compression).
+    pub pressure: Vec<f64>,
+    /// Porosity n (–).
+    pub porosity: Vec<f64>,
+    /// Hydraulic conductivity k (m/s).
+    pub conductivity: Vec<f64>,
+    /// The sides on which the particle drains where its cell ends the body.
+    pub drained: Vec<SideSet>,
+    /// The cell of the grid that holds the particle.
+    pub cell: Vec<u32>,
+}
+
+/// One material point, to be added to [`Particles`].
+#[derive(Debug, Clone, PartialEq)]
+pub struct Particle<const D: usize> {
+    /// Position (m).
+    pub position: Vector<D>,
+    /// Half the edge lengths of its box (m).
+    pub half_size: Vector<D>,
+    /// Velocity (m/s).
+    pub velocity: Vector<D>,
+    /// Density of soil and water together (kg/m³).
+    pub density: f64,
+    /// Effective stress (Pa, positive in tension).
+    pub stress: Sym3,
+    /// Pore pressure (Pa, positive in compression).
+    pub pressure: f64,
+    /// Porosity (–); 0 in dry ground.
+    pub porosity: f64,
+    /// Hydraulic conductivity (m/s); 0 in dry ground.
+    pub conductivity: f64,
+}
+
+/// A particle left the grid, or its position is not a number.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+#[error("particle {particle} is at {position:?}, outside the grid ({from:?} to {to:?})")]
+pub struct OutsideGrid {
+    /// The number of the particle.
+    pub particle: usize,
+    /// Its position (m).
+    pub position: Vec<f64>,
+    /// The lowest corner of the grid (m).
+    pub from: Vec<f64>,
+    /// The highest corner of the grid (m).
+    pub to: Vec<f64>,
+}
+
+impl<const D: usize> Particles<D> {
+    /// The number of particles.
+    pub fn len(&self) -> usize {
+        self.position.len()
+    }
+
+    /// True when there is no particle.
+    pub fn is_empty(&self) -> bool {
+        self.position.is_empty()
+    }
+
+    /// Adds a particle.
+    pub fn push(&mut self, particle: Particle<D>) {
+        let volume = (particle.half_size * 2.0).product();
+        self.position.push(particle.position);
+        self.velocity.push(particle.velocity);
+        self.mass.push(particle.density * volume);
+        self.volume.push(volume);
+        self.half_size.push(particle.half_size);
+        self.stress.push(particle.stress);
+        self.pressure.push(particle.pressure);
+        self.porosity.push(particle.porosity);
+        self.conductivity.push(particle.conductivity);
+        self.drained.push(SideSet::EMPTY);
+        self.cell.push(u32::MAX);
+    }
+
+    /// Finds the cell of every particle. Returns true when any particle changed its cell.
+    ///
+    /// # Errors
+    /// The first particle outside the grid.
+    pub fn locate(&mut self, grid: &Grid<D>) -> Result<bool, OutsideGrid> {
+        let mut moved = false;
+        for (p, position) in self.position.iter().enumerate() {
+            let Some(cell) = grid.cell_at(position) else {
+                let list = |v: Vector<D>| v.iter().copied().collect();
+                let (from, to) = (list(grid.origin()), list(grid.end()));
+                return Err(OutsideGrid {
+                    particle: p,
+                    position: list(*position),
+                    from,
+                    to,
+                });
+            };
+            moved |= self.cell[p] != cell as u32;
+            self.cell[p] = cell as u32;
+        }
+        Ok(moved)
+    }
+
+    /// Momentum Σ M_p V_p (kg m/s).
+    pub fn momentum(&self) -> Vector<D> {
+        self.mass.iter().zip(&self.velocity).map(|(&m, v)| v * m).sum()
+    }
+
+    /// Kinetic energy Σ ½ M_p V_p² (J).
+    pub fn kinetic_energy(&self) -> f64 {
+        self.mass
+            .iter()
+            .zip(&self.velocity)
+            .map(|(m, v)| 0.5 * m * v.norm_squared())
+            .sum()
+    }
+}

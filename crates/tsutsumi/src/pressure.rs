@@ -1,0 +1,112 @@
+//! Pore pressure by finite differences at the cell centres, coupled with the momentum balance.
+//!
+//! A [`PressureScheme`] turns nodal forces into cell pressures and nodal accelerations. [`Coupled`] is the paper's: both
+//! equations solved together, the accelerations eliminated. [`Dry`] is for ground without water.
+
+mod conjugate_gradient;
+mod coupled;
+mod dry;
+mod envelope;
+mod geometry;
+
+pub use coupled::{Coupled, Fluid, Quadrature};
+pub use dry::Dry;
+
+use crate::grid::{ActiveSet, CellFields, Grid, NodeFields};
+use crate::particles::Particles;
+use crate::tensor::Vector;
+use crate::transfer::Transfer;
+
+/// What a pressure scheme may read: everything of the step but the fields it changes.
+pub struct StepView<'a, const D: usize> {
+    /// The grid.
+    pub grid: &'a Grid<D>,
+    /// The active part of the grid.
+    pub active: &'a ActiveSet,
+    /// The shape function's passes.
+    pub transfer: &'a dyn Transfer<D>,
+    /// Gravity b (m/s²).
+    pub gravity: Vector<D>,
+    /// The step Δt (s).
+    pub dt: f64,
+    /// The time at the end of the step (s).
+    pub time: f64,
+}
+
+/// Why the pressures of a step could not be solved for.
+#[derive(Debug, Clone, PartialEq, thiserror::Error)]
+pub enum PressureError {
+    /// The matrix is not positive definite.
+    #[error(
+        "the pressure system is not positive definite at t = {time} s (pivot {pivot:e} in cell {cell:?}): \
+         γΔt − k/g is negative and a surface cell is nearly empty; use `pressure_quadrature = \"material-points\"`, \
+         a larger step, or `fluid_inertia = false`"
+    )]
+    NotPositiveDefinite {
+        /// The time at the end of the step (s).
+        time: f64,
+        /// The numbers along the axes of the cell in whose row it showed.
+        cell: Vec<usize>,
+        /// The pivot, or the smallest quotient xᵀAx/xᵀx seen.
+        pivot: f64,
+    },
+    /// A coefficient, the right-hand side or the solution is infinite or not a number.
+    #[error("the pressure system is not finite at t = {time} s in cell {cell:?}: the run is unstable, reduce the step")]
+    NotFinite {
+        /// The time at the end of the step (s).
+        time: f64,
+        /// The numbers along the axes of the first such cell.
+        cell: Vec<usize>,
+    },
+    /// The iteration stopped before the residual was small enough.
+    #[error(
+        "the pressures did not converge at t = {time} s: relative residual {residual:e} after {iterations} iterations, \
+         largest in cell {cell:?}"
+    )]
+    NotConverged {
+        /// The time at the end of the step (s).
+        time: f64,
+        /// The numbers along the axes of the cell with the largest residual.
+        cell: Vec<usize>,
+        /// Iterations made.
+        iterations: usize,
+        /// Residual over right-hand side, Euclidean norms.
+        residual: f64,
+    },
+}
+
+/// How the linear system was solved.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct PressureReport {
+    /// Iterations of the linear solver; 0 for the direct one.
+    pub iterations: usize,
+    /// Darcy's outflow through the drained sides (m³/s; m²/s in 2-D, m/s in 1-D).
+    pub outflow_rate: f64,
+}
+
+/// A scheme for the pore pressure: steps 5, 6 and 11 of the algorithm.
+pub trait PressureScheme<const D: usize>: Send {
+    /// Step 5: the cells' pressures from those of the particles, into `cells.pressure_old`.
+    fn particles_to_cells(&mut self, at: &StepView<D>, particles: &Particles<D>, cells: &mut CellFields);
+
+    /// Step 6: the cells' pressures and the nodes' accelerations, from the forces and old velocities of the nodes.
+    ///
+    /// # Errors
+    /// See [`PressureError`]. The particles are untouched then.
+    fn solve(
+        &mut self,
+        at: &StepView<D>,
+        particles: &Particles<D>,
+        cells: &mut CellFields,
+        nodes: &mut NodeFields<D>,
+    ) -> Result<PressureReport, PressureError>;
+
+    /// Step 11: the cells' pressures back to the particles.
+    fn cells_to_particles(&self, at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>);
+
+    /// The time step limit (s) of a compression wave that the water takes part in, on a grid of spacing `spacing` (m);
+    /// `None` without water: then the drained wave speed governs.
+    ///
+    /// `modulus` is the skeleton's oedometric modulus (Pa), `density` that of the mixture (kg/m³).
+    fn consolidation_limit(&self, spacing: f64, modulus: f64, density: f64, conductivity: f64) -> Option<f64>;
+}

@@ -1,0 +1,627 @@
+use super::conjugate_gradient::{Breakdown, ConjugateGradient};
+use super::envelope::Envelope;
+use super::geometry::{FilledBox, fill_boxes};
+use super::{PressureError, PressureReport, PressureScheme, StepView};
+use crate::grid::{CellFields, NodeFields, Side, SideSet};
+use crate::particles::Particles;
+use crate::tensor::Vector;
+
+/// The pore water.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Fluid {
+    /// Density ρ^f (kg/m³).
+    pub density: f64,
+    /// Bulk modulus K^f (Pa).
+    pub bulk_modulus: f64,
+    /// Unit weight γ_w (N/m³).
+    pub unit_weight: f64,
+}
+
+/// Where the volume change, the storage and the conductance of a cell are summed.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Quadrature {
+    /// Over the whole cell, as in the paper. Exact while the surface of the body is on a grid line.
+    Cell,
+    /// Over the material points in the cell: right too where the surface is inside a cell.
+    MaterialPoints,
+}
+
+/// The paper's scheme: momentum and continuity solved together for the cell pressures.
+///
+/// # Equation
+///
+/// ```text
+/// m_I a_I − K_v p_w = F_I                                                        Eq. (5)
+/// K_vᵀ a_I + (A' − α') p_E + Σ_i α'_i p_Ei
+///         = K_vᵀ {v_I + Δt (1−γ) a_I|t} / (k/g − γΔt) + A' p_E|t                 Eq. (9), p = −p_w
+/// ```
+///
+/// solved without dividing by k/g − γΔt (which may be zero) and with a_I eliminated:
+///
+/// ```text
+/// [L + C + c K_vᵀ M⁻¹ K_v] p_w = C p_w|t − K_vᵀ [v_I + c M⁻¹ F] − q_g,           c = γΔt − k/g,  γ = 1
+/// C = n V / (K^f Δt)        (L p)_E = Σ_i T_i / γ_w (p_E − p_Ei)       T_i = 1 / (d_E/(k_E b_i) + d_Ei/(k_Ei b_i))
+/// ```
+///
+/// `p_w` is the total pressure. The term q_g = Σ_i T_i / γ_w ρ^f b · (x_Ei − x_E) is Darcy's flow under gravity; it
+/// vanishes in full cells inside the body and not at its boundary. A drained side has p_w = 0 at the side itself, an
+/// impermeable one has no T. The symmetric matrix is positive definite whenever γΔt ≥ k/g; below it may cease to be, and
+/// then the step is refused.
+///
+/// The term k/g K_vᵀ a_I (inertia of the water relative to the soil) is kept also on impermeable sides: it vanishes there
+/// when the side does not accelerate along its normal.
+///
+/// Where the conductivity varies, c is taken at the nodes, the mean of the cells around: the term is then the discrete
+/// form of ∮ (k/g) a · n dS, and the matrix stays symmetric.
+///
+/// # Reference
+///
+/// Goto et al., sec. 2.2; derivation in the book, "The continuity equation".
+#[doc(alias = "Eq. (8)")]
+#[doc(alias = "Eq. (9)")]
+pub struct Coupled<const D: usize> {
+    fluid: Fluid,
+    quadrature: Quadrature,
+    fluid_inertia: bool,
+    topology: Topology,
+    /// K_v of every active cell, one stencil after the other.
+    divergence: Vec<Vector<D>>,
+    boxes: Vec<FilledBox<D>>,
+    cells: Vec<CellCoefficients>,
+    /// Conductance T/γ_w of every inner face, (m³/s)/Pa, and its flow under gravity q_g (m³/s).
+    inner: Vec<(f64, f64)>,
+    /// Slot, conductance and gravity flow of every drained side.
+    drains: Vec<(u32, f64, f64)>,
+    /// c = γΔt − k/g of every node of the grid (s).
+    relaxation: Vec<f64>,
+    matrix: Envelope,
+    iteration: ConjugateGradient,
+    diagonal: Vec<f64>,
+    right: Vec<f64>,
+    solution: Vec<f64>,
+    nodal: Vec<Vector<D>>,
+}
+
+/// What one active cell contributes.
+#[derive(Debug, Clone, Copy, Default)]
+struct CellCoefficients {
+    /// Volume of the particles inside (m³).
+    volume: f64,
+    /// Storage C (m³/s per Pa).
+    storage: f64,
+    /// Conductivity k (m/s), mean by volume.
+    conductivity: f64,
+    /// The sides on which a particle inside drains.
+    drained: SideSet,
+}
+
+/// Who neighbours whom: rebuilt when the active set changes.
+#[derive(Debug, Clone, Default)]
+struct Topology {
+    generation: u64,
+    stencil_len: usize,
+    /// The nodes of every active cell's stencil.
+    stencils: Vec<u32>,
+    /// The cells that touch each active node: entries `node_start[i]..node_start[i + 1]` are places in `stencils`.
+    node_start: Vec<u32>,
+    node_entries: Vec<u32>,
+    /// Pairs of slots with a common side, lower first, and the axis normal to it.
+    faces: Vec<(u32, u32, u8)>,
+    /// Sides without material beyond.
+    open: Vec<(u32, Side)>,
+    /// The row of each slot in the direct solver's matrix.
+    row_of_slot: Vec<u32>,
+    slot_of_row: Vec<u32>,
+    direct: bool,
+}
+
+/// Mean square of the matrix's half bandwidth up to which the direct solver is used.
+const DIRECT_MEAN_SQUARE_WIDTH: usize = 1500;
+
+impl<const D: usize> Coupled<D> {
+    /// The scheme for this pore water.
+    ///
+    /// `fluid_inertia` keeps the term with k/g; without it the scheme can be compared with programs that drop it.
+    pub fn new(fluid: Fluid, quadrature: Quadrature, fluid_inertia: bool) -> Self {
+        Coupled {
+            fluid,
+            quadrature,
+            fluid_inertia,
+            topology: Topology::default(),
+            divergence: Vec::new(),
+            boxes: Vec::new(),
+            cells: Vec::new(),
+            inner: Vec::new(),
+            drains: Vec::new(),
+            relaxation: Vec::new(),
+            matrix: Envelope::default(),
+            iteration: ConjugateGradient::default(),
+            diagonal: Vec::new(),
+            right: Vec::new(),
+            solution: Vec::new(),
+            nodal: Vec::new(),
+        }
+    }
+
+    /// Rebuilds what depends on which cells are active.
+    fn update_topology(&mut self, at: &StepView<D>) {
+        if self.topology.generation == at.active.generation() {
+            return;
+        }
+        self.topology.rebuild(at);
+        let size = at.active.cells().len();
+        let stencil_len = self.topology.stencil_len;
+        self.divergence.resize(size * stencil_len, Vector::zeros());
+        if self.quadrature == Quadrature::Cell {
+            for (&cell, of_cell) in at.active.cells().iter().zip(self.divergence.chunks_mut(stencil_len)) {
+                at.transfer.divergence_of_cell(at.grid, cell as usize, of_cell);
+            }
+        }
+        self.relaxation.resize(at.grid.num_nodes(), 0.0);
+        self.nodal.resize(at.grid.num_nodes(), Vector::zeros());
+        self.iteration.resize(size);
+        for work in [&mut self.diagonal, &mut self.right, &mut self.solution] {
+            work.resize(size, 0.0);
+        }
+        // Capacity for the most there can be, so that later steps do not allocate.
+        self.boxes.reserve(size);
+        self.cells.reserve(size);
+        self.inner.reserve(self.topology.faces.len());
+        self.drains.reserve(self.topology.open.len());
+        if self.topology.direct {
+            self.topology.set_shape(&mut self.matrix);
+        }
+    }
+
+    /// Storage, conductivity and drained sides of the active cells, from their particles.
+    fn sum_particles(&mut self, at: &StepView<D>, particles: &Particles<D>) {
+        self.cells.clear();
+        self.cells.resize(at.active.cells().len(), CellCoefficients::default());
+        for p in 0..particles.len() {
+            let Some(slot) = at.active.slot(particles.cell[p] as usize) else {
+                continue;
+            };
+            let volume = particles.volume[p];
+            let cell = &mut self.cells[slot];
+            cell.volume += volume;
+            cell.storage += volume * particles.porosity[p];
+            cell.conductivity += volume * particles.conductivity[p];
+            cell.drained = cell.drained.union(particles.drained[p]);
+        }
+        for cell in &mut self.cells {
+            cell.conductivity /= cell.volume;
+            if self.quadrature == Quadrature::Cell {
+                cell.storage *= at.grid.cell_volume() / cell.volume;
+            }
+            cell.storage /= self.fluid.bulk_modulus * at.dt;
+        }
+    }
+
+    /// Conductances of inner faces and drained sides, with the flow that gravity drives through them.
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// T = 1 / (d_1/(k_1 b_1) + d_2/(k_2 b_2))        α'_i of Eq. (9), undivided: T_i / γ_w
+    /// ```
+    ///
+    /// `d` is the distance from a cell's centre to the face (m), `b` the wetted area on its side (m²).
+    fn measure_faces(&mut self, at: &StepView<D>) {
+        let weight = at.gravity * self.fluid.density;
+        let resistance = |slot: u32, axis: usize| {
+            let filled = &self.boxes[slot as usize];
+            filled.half_extent(axis) / (self.cells[slot as usize].conductivity * filled.side_area(axis))
+        };
+        self.inner.clear();
+        for &(lower, upper, axis) in &self.topology.faces {
+            let transmissibility = 1.0 / (resistance(lower, axis as usize) + resistance(upper, axis as usize));
+            let between = self.boxes[upper as usize].center() - self.boxes[lower as usize].center();
+            let conductance = transmissibility / self.fluid.unit_weight;
+            self.inner.push((conductance, conductance * weight.dot(&between)));
+        }
+        self.drains.clear();
+        for &(slot, side) in &self.topology.open {
+            if self.cells[slot as usize].drained.contains(side) {
+                let conductance = 1.0 / (resistance(slot, side.axis) * self.fluid.unit_weight);
+                let to_side = side.sign() * self.boxes[slot as usize].half_extent(side.axis);
+                self.drains
+                    .push((slot, conductance, conductance * weight[side.axis] * to_side));
+            }
+        }
+    }
+
+    /// c = γΔt − k/g at the active nodes, k the mean of the cells around.
+    fn relax_nodes(&mut self, at: &StepView<D>) {
+        let per_conductivity = if self.fluid_inertia {
+            self.fluid.density / self.fluid.unit_weight
+        } else {
+            0.0
+        };
+        for (i, &node) in at.active.nodes().iter().enumerate() {
+            let around = self.topology.cells_of_node(i);
+            let stencil_len = self.topology.stencil_len;
+            let sum: f64 = around
+                .iter()
+                .map(|&e| self.cells[e as usize / stencil_len].conductivity)
+                .sum();
+            self.relaxation[node as usize] = at.dt - per_conductivity * sum / around.len() as f64;
+        }
+    }
+
+    /// C p|t − K_vᵀ [v + c M⁻¹ F] − q_g, into `right`.
+    fn fill_right_side(&mut self, at: &StepView<D>, cells: &CellFields, nodes: &NodeFields<D>) {
+        for &node in at.active.nodes() {
+            let node = node as usize;
+            let pushed = nodes.force[node].component_mul(&nodes.mobility[node]);
+            self.nodal[node] = nodes.velocity_old[node] + pushed * self.relaxation[node];
+        }
+        for (slot, &cell) in at.active.cells().iter().enumerate() {
+            self.solution[slot] = cells.pressure_old[cell as usize];
+            let volume_rate = self.topology.divergence_of(slot, &self.divergence, &self.nodal);
+            self.right[slot] = self.cells[slot].storage * self.solution[slot] - volume_rate;
+        }
+        for (&(lower, upper, _), &(_, flow)) in self.topology.faces.iter().zip(&self.inner) {
+            self.right[lower as usize] -= flow;
+            self.right[upper as usize] += flow;
+        }
+        for &(slot, _, flow) in &self.drains {
+            self.right[slot as usize] -= flow;
+        }
+    }
+
+    /// Assembles and factorises the matrix, and solves: for small and narrow systems.
+    fn solve_directly(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) -> Result<usize, PressureError> {
+        let topology = &self.topology;
+        let row = |slot: u32| topology.row_of_slot[slot as usize] as usize;
+        self.matrix.clear_values();
+        for (slot, cell) in self.cells.iter().enumerate() {
+            self.matrix.add(row(slot as u32), row(slot as u32), cell.storage);
+        }
+        for (&(lower, upper, _), &(conductance, _)) in topology.faces.iter().zip(&self.inner) {
+            let (a, b) = (row(lower), row(upper));
+            self.matrix.add(a, a, conductance);
+            self.matrix.add(b, b, conductance);
+            self.matrix.add(a.max(b), a.min(b), -conductance);
+        }
+        for &(slot, conductance, _) in &self.drains {
+            self.matrix.add(row(slot), row(slot), conductance);
+        }
+        for (i, &node) in at.active.nodes().iter().enumerate() {
+            let compliance = nodes.mobility[node as usize] * self.relaxation[node as usize];
+            let around = topology.cells_of_node(i);
+            for &e in around {
+                let row_e = row(e / topology.stencil_len as u32);
+                let pushed = self.divergence[e as usize].component_mul(&compliance);
+                for &f in around {
+                    let row_f = row(f / topology.stencil_len as u32);
+                    if row_f <= row_e {
+                        self.matrix.add(row_e, row_f, pushed.dot(&self.divergence[f as usize]));
+                    }
+                }
+            }
+        }
+        self.matrix.factorize().map_err(|bad| {
+            let cell = at.cell_index_of_slot(topology.slot_of_row[bad.row] as usize);
+            match bad.pivot.is_finite() {
+                true => PressureError::NotPositiveDefinite {
+                    time: at.time,
+                    cell,
+                    pivot: bad.pivot,
+                },
+                false => PressureError::NotFinite { time: at.time, cell },
+            }
+        })?;
+        for (slot, &row) in topology.row_of_slot.iter().enumerate() {
+            self.solution[row as usize] = self.right[slot];
+        }
+        self.matrix.solve(&mut self.solution);
+        // Back from rows to slots; the right-hand side is no longer needed and lends its memory.
+        for (slot, &row) in topology.row_of_slot.iter().enumerate() {
+            self.right[slot] = self.solution[row as usize];
+        }
+        self.solution.copy_from_slice(&self.right);
+        Ok(0)
+    }
+
+    /// Solves by conjugate gradients without assembling the matrix, started from the last pressures.
+    fn solve_iteratively(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) -> Result<usize, PressureError> {
+        let Coupled {
+            topology,
+            divergence,
+            cells,
+            inner,
+            drains,
+            relaxation,
+            nodal,
+            diagonal,
+            ..
+        } = self;
+        let compliance = |node: usize| nodes.mobility[node] * relaxation[node];
+        for (slot, cell) in cells.iter().enumerate() {
+            diagonal[slot] = cell.storage;
+        }
+        for (e, (&node, k)) in topology.stencils.iter().zip(divergence.iter()).enumerate() {
+            diagonal[e / topology.stencil_len] += k.component_mul(&compliance(node as usize)).dot(k);
+        }
+        for (&(lower, upper, _), &(conductance, _)) in topology.faces.iter().zip(inner.iter()) {
+            diagonal[lower as usize] += conductance;
+            diagonal[upper as usize] += conductance;
+        }
+        for &(slot, conductance, _) in drains.iter() {
+            diagonal[slot as usize] += conductance;
+        }
+        let multiply = |p: &[f64], product: &mut [f64]| {
+            topology.push_nodes(at, divergence, p, nodal);
+            for &node in at.active.nodes() {
+                let node = node as usize;
+                nodal[node] = nodal[node].component_mul(&compliance(node));
+            }
+            for (slot, cell) in cells.iter().enumerate() {
+                product[slot] = cell.storage * p[slot] + topology.divergence_of(slot, divergence, nodal);
+            }
+            for (&(lower, upper, _), &(conductance, _)) in topology.faces.iter().zip(inner.iter()) {
+                let flow = conductance * (p[lower as usize] - p[upper as usize]);
+                product[lower as usize] += flow;
+                product[upper as usize] -= flow;
+            }
+            for &(slot, conductance, _) in drains.iter() {
+                product[slot as usize] += conductance * p[slot as usize];
+            }
+        };
+        self.iteration
+            .solve(multiply, diagonal, &self.right, &mut self.solution)
+            .map_err(|breakdown| match breakdown {
+                Breakdown::Indefinite { row, quotient } => PressureError::NotPositiveDefinite {
+                    time: at.time,
+                    cell: at.cell_index_of_slot(row),
+                    pivot: quotient,
+                },
+                Breakdown::NotConverged {
+                    row,
+                    iterations,
+                    residual,
+                } => {
+                    let cell = at.cell_index_of_slot(row);
+                    PressureError::NotConverged {
+                        time: at.time,
+                        cell,
+                        iterations,
+                        residual,
+                    }
+                }
+            })
+    }
+
+    /// The first value that is not finite becomes an error that names its cell.
+    fn check_finite(at: &StepView<D>, values: &[f64]) -> Result<(), PressureError> {
+        match values.iter().position(|value| !value.is_finite()) {
+            Some(slot) => Err(PressureError::NotFinite {
+                time: at.time,
+                cell: at.cell_index_of_slot(slot),
+            }),
+            None => Ok(()),
+        }
+    }
+}
+
+impl<const D: usize> StepView<'_, D> {
+    fn cell_index_of_slot(&self, slot: usize) -> Vec<usize> {
+        self.grid.cell_index(self.active.cells()[slot] as usize).to_vec()
+    }
+}
+
+impl Topology {
+    fn rebuild<const D: usize>(&mut self, at: &StepView<D>) {
+        self.generation = at.active.generation();
+        self.stencil_len = at.transfer.stencil_len();
+        self.stencils.clear();
+        self.faces.clear();
+        self.open.clear();
+        for (slot, &cell) in at.active.cells().iter().enumerate() {
+            let cell = cell as usize;
+            at.transfer
+                .visit_stencil(at.grid, cell, &mut |node| self.stencils.push(node as u32));
+            for side in Side::all::<D>() {
+                match at.grid.neighbor(cell, side).and_then(|other| at.active.slot(other)) {
+                    Some(other) if side.upper => self.faces.push((slot as u32, other as u32, side.axis as u8)),
+                    Some(_) => {}
+                    None => self.open.push((slot as u32, side)),
+                }
+            }
+        }
+        self.list_cells_of_nodes(at);
+        self.order_rows(at);
+    }
+
+    /// Inverts `stencils`: counts, then fills, both in ascending order.
+    fn list_cells_of_nodes<const D: usize>(&mut self, at: &StepView<D>) {
+        let nodes = at.active.nodes();
+        // Every node of a stencil is active: the set was made from these very stencils.
+        let place = |node: u32| nodes.binary_search(&node).unwrap_or(0);
+        self.node_start.clear();
+        self.node_start.resize(nodes.len() + 1, 0);
+        for &node in &self.stencils {
+            self.node_start[place(node) + 1] += 1;
+        }
+        for i in 0..nodes.len() {
+            self.node_start[i + 1] += self.node_start[i];
+        }
+        self.node_entries.clear();
+        self.node_entries.resize(self.stencils.len(), 0);
+        for (entry, &node) in self.stencils.iter().enumerate() {
+            let start = &mut self.node_start[place(node)];
+            self.node_entries[*start as usize] = entry as u32;
+            *start += 1;
+        }
+        // The fill has moved each start to the next one's: shift back.
+        self.node_start.copy_within(0..nodes.len(), 1);
+        self.node_start[0] = 0;
+    }
+
+    /// Numbers the rows along the shortest axes of the body first, which keeps the matrix narrow, and chooses the solver.
+    fn order_rows<const D: usize>(&mut self, at: &StepView<D>) {
+        let cells = at.active.cells();
+        let mut lowest = [usize::MAX; D];
+        let mut highest = [0; D];
+        for &cell in cells {
+            let index = at.grid.cell_index(cell as usize);
+            for axis in 0..D {
+                lowest[axis] = lowest[axis].min(index[axis]);
+                highest[axis] = highest[axis].max(index[axis]);
+            }
+        }
+        let mut axes: [usize; D] = std::array::from_fn(|axis| axis);
+        axes.sort_by_key(|&axis| std::cmp::Reverse(highest[axis].saturating_sub(lowest[axis])));
+        self.slot_of_row.clear();
+        self.slot_of_row.extend(0..cells.len() as u32);
+        self.slot_of_row.sort_unstable_by_key(|&slot| {
+            let index = at.grid.cell_index(cells[slot as usize] as usize);
+            axes.map(|axis| index[axis])
+        });
+        self.row_of_slot.clear();
+        self.row_of_slot.resize(cells.len(), 0);
+        for (row, &slot) in self.slot_of_row.iter().enumerate() {
+            self.row_of_slot[slot as usize] = row as u32;
+        }
+        let square_widths: usize = self
+            .first_columns()
+            .enumerate()
+            .map(|(row, first)| (row - first as usize).pow(2))
+            .sum();
+        self.direct = square_widths <= DIRECT_MEAN_SQUARE_WIDTH * cells.len().max(1);
+    }
+
+    /// The first column of each row: the smallest row among the cells that share a node with it.
+    fn first_columns(&self) -> impl Iterator<Item = u32> + '_ {
+        let mut smallest: Vec<u32> = (0..self.slot_of_row.len() as u32).collect();
+        for around in self.node_start.windows(2) {
+            let entries = &self.node_entries[around[0] as usize..around[1] as usize];
+            let rows = || entries.iter().map(|&e| self.row_of_slot[e as usize / self.stencil_len]);
+            let first = rows().min().unwrap_or(0);
+            rows().for_each(|row| smallest[row as usize] = smallest[row as usize].min(first));
+        }
+        smallest.into_iter()
+    }
+
+    fn set_shape(&self, matrix: &mut Envelope) {
+        matrix.set_shape(self.first_columns());
+    }
+
+    /// The entries (slot × stencil length + local node) that meet at the active node number `i`.
+    fn cells_of_node(&self, i: usize) -> &[u32] {
+        &self.node_entries[self.node_start[i] as usize..self.node_start[i + 1] as usize]
+    }
+
+    /// K_vᵀ of a nodal field, for one cell.
+    fn divergence_of<const D: usize>(&self, slot: usize, divergence: &[Vector<D>], nodal: &[Vector<D>]) -> f64 {
+        let entries = slot * self.stencil_len..(slot + 1) * self.stencil_len;
+        let nodes = &self.stencils[entries.clone()];
+        nodes
+            .iter()
+            .zip(&divergence[entries])
+            .map(|(&node, k)| k.dot(&nodal[node as usize]))
+            .sum()
+    }
+
+    /// K_v p at the active nodes, into `nodal`.
+    fn push_nodes<const D: usize>(
+        &self,
+        at: &StepView<D>,
+        divergence: &[Vector<D>],
+        pressure: &[f64],
+        nodal: &mut [Vector<D>],
+    ) {
+        for (i, &node) in at.active.nodes().iter().enumerate() {
+            nodal[node as usize] = self
+                .cells_of_node(i)
+                .iter()
+                .map(|&e| divergence[e as usize] * pressure[e as usize / self.stencil_len])
+                .sum();
+        }
+    }
+}
+
+impl<const D: usize> PressureScheme<D> for Coupled<D> {
+    /// The mean of the particles' pressures, weighted by volume.
+    fn particles_to_cells(&mut self, at: &StepView<D>, particles: &Particles<D>, cells: &mut CellFields) {
+        // `pressure` lends its place for the volumes until the solve overwrites it.
+        for &cell in at.active.cells() {
+            cells.pressure_old[cell as usize] = 0.0;
+            cells.pressure[cell as usize] = 0.0;
+        }
+        for p in 0..particles.len() {
+            let cell = particles.cell[p] as usize;
+            cells.pressure_old[cell] += particles.volume[p] * particles.pressure[p];
+            cells.pressure[cell] += particles.volume[p];
+        }
+        for &cell in at.active.cells() {
+            cells.pressure_old[cell as usize] /= cells.pressure[cell as usize];
+        }
+    }
+
+    fn solve(
+        &mut self,
+        at: &StepView<D>,
+        particles: &Particles<D>,
+        cells: &mut CellFields,
+        nodes: &mut NodeFields<D>,
+    ) -> Result<PressureReport, PressureError> {
+        self.update_topology(at);
+        self.sum_particles(at, particles);
+        fill_boxes(self.quadrature, at, particles, &mut self.boxes);
+        if self.quadrature == Quadrature::MaterialPoints {
+            at.transfer
+                .divergence_of_particles(at.grid, particles, at.active, &mut self.divergence);
+        }
+        self.measure_faces(at);
+        self.relax_nodes(at);
+        self.fill_right_side(at, cells, nodes);
+        Self::check_finite(at, &self.right)?;
+        let iterations = if self.topology.direct {
+            self.solve_directly(at, nodes)?
+        } else {
+            self.solve_iteratively(at, nodes)?
+        };
+        Self::check_finite(at, &self.solution)?;
+
+        for (slot, &cell) in at.active.cells().iter().enumerate() {
+            cells.pressure[cell as usize] = self.solution[slot];
+        }
+        self.topology
+            .push_nodes(at, &self.divergence, &self.solution, &mut self.nodal);
+        for &node in at.active.nodes() {
+            let node = node as usize;
+            nodes.acceleration[node] = (nodes.force[node] + self.nodal[node]).component_mul(&nodes.mobility[node]);
+        }
+        let flow =
+            |&(slot, conductance, gravity): &(u32, f64, f64)| conductance * self.solution[slot as usize] + gravity;
+        Ok(PressureReport {
+            iterations,
+            outflow_rate: self.drains.iter().map(flow).sum(),
+        })
+    }
+
+    fn cells_to_particles(&self, _at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>) {
+        for (pressure, &cell) in particles.pressure.iter_mut().zip(&particles.cell) {
+            *pressure = cells.pressure[cell as usize];
+        }
+    }
+
+    /// Explicit skeleton, implicit water, γ = 1, for the shortest wave of the grid, κ = 2/h:
+    ///
+    /// ```text
+    /// Δt ≤ (1 + √(1 + 4 τ c_v κ²)) / (c_v κ²)        c_v = k E_oed / γ_w        τ = k (ρ − ρ^f) / γ_w
+    /// ```
+    ///
+    /// Neither a stiff fluid nor a small conductivity makes it shorter. Without the fluid's inertia τ = k ρ / γ_w.
+    fn consolidation_limit(&self, spacing: f64, modulus: f64, density: f64, conductivity: f64) -> Option<f64> {
+        let inertial = if self.fluid_inertia {
+            density - self.fluid.density
+        } else {
+            density
+        };
+        let tau = conductivity * inertial.max(0.0) / self.fluid.unit_weight;
+        let rate = conductivity * modulus / self.fluid.unit_weight * 4.0 / (spacing * spacing);
+        Some((1.0 + (1.0 + 4.0 * tau * rate).sqrt()) / rate)
+    }
+}

@@ -1,0 +1,31 @@
+use super::{PressureError, PressureReport, PressureScheme, StepView};
+use crate::grid::{CellFields, NodeFields};
+use crate::particles::Particles;
+
+/// No pore water: the momentum balance alone.
+#[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
+pub struct Dry;
+
+impl<const D: usize> PressureScheme<D> for Dry {
+    fn particles_to_cells(&mut self, _at: &StepView<D>, _particles: &Particles<D>, _cells: &mut CellFields) {}
+
+    fn solve(
+        &mut self,
+        at: &StepView<D>,
+        _particles: &Particles<D>,
+        _cells: &mut CellFields,
+        nodes: &mut NodeFields<D>,
+    ) -> Result<PressureReport, PressureError> {
+        for &node in at.active.nodes() {
+            let node = node as usize;
+            nodes.acceleration[node] = nodes.force[node].component_mul(&nodes.mobility[node]);
+        }
+        Ok(PressureReport::default())
+    }
+
+    fn cells_to_particles(&self, _at: &StepView<D>, _cells: &CellFields, _particles: &mut Particles<D>) {}
+
+    fn consolidation_limit(&self, _spacing: f64, _modulus: f64, _density: f64, _conductivity: f64) -> Option<f64> {
+        None
+    }
+}

@@ -1,0 +1,48 @@
+//! Shape functions N_I and their gradients G_Ip = ∇N_I(X_p).
+//!
+//! A shape function is a one-dimensional formula. The product over the axes, and every loop, is the library's: see
+//! [`Transfer`](crate::transfer::Transfer).
+
+mod linear;
+
+pub use linear::Linear;
+
+/// The most nodes along one axis that a cell's points may touch.
+pub const MAX_WIDTH: usize = 4;
+
+/// A point's weights at the nodes of its cell's stencil along one axis.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Weights {
+    /// N of each node (–).
+    pub value: [f64; MAX_WIDTH],
+    /// dN/dξ of each node, ξ measured in spacings (–).
+    pub gradient: [f64; MAX_WIDTH],
+}
+
+/// A cell's place along one axis.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct CellOnAxis {
+    /// The number of the cell along the axis.
+    pub cell: usize,
+    /// The number of cells along the axis.
+    pub num_cells: usize,
+}
+
+/// A one-dimensional shape function.
+///
+/// All points of one cell share a stencil: the nodes `first_node .. first_node + WIDTH`. Nodes of the stencil that a
+/// point does not reach get zeros.
+#[doc(alias = "Eq. (7)")]
+pub trait ShapeFunction: Send + Sync + 'static {
+    /// Nodes per axis in the stencil of a cell, at most [`MAX_WIDTH`].
+    const WIDTH: usize;
+
+    /// The first node of a cell's stencil.
+    fn first_node(&self, at: CellOnAxis) -> usize;
+
+    /// The weights of a point of this cell.
+    ///
+    /// `position` is measured in spacings from the origin of the grid, `half_size` is half the particle's length in
+    /// spacings. Values sum to 1, gradients to 0.
+    fn weights(&self, at: CellOnAxis, position: f64, half_size: f64) -> Weights;
+}

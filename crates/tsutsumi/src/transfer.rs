@@ -1,0 +1,241 @@
+//! Sums from particles to nodes and back: one pass in each direction.
+//!
+//! [`Transfer`] is implemented for every [`ShapeFunction`]; its loops are compiled for the concrete shape function, so
+//! that choosing one at run time costs a call per pass. Sums run in the order of the particles.
+
+use std::ops::Range;
+
+use crate::grid::{ActiveSet, Grid, NodeFields};
+use crate::particles::Particles;
+use crate::shape::{CellOnAxis, ShapeFunction, Weights};
+use crate::tensor::Vector;
+use crate::velocity::Gathered;
+
+/// The passes between particles and grid.
+pub trait Transfer<const D: usize>: Send + Sync {
+    /// The number of nodes in the stencil of a cell.
+    fn stencil_len(&self) -> usize;
+
+    /// Calls `visit` with each node of a cell's stencil, in the order of the local node numbers.
+    fn visit_stencil(&self, grid: &Grid<D>, cell: usize, visit: &mut dyn FnMut(usize));
+
+    /// Mass, momentum and the force of the effective stress, summed at the nodes.
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// m_I = Σ_p M_p N_I(X_p)      m_I v_I = Σ_p M_p V_p N_I(X_p)                   Eq. (10)
+    /// f_I = −Σ_p M_p σ'^s(X_p) G_Ip = −Σ_p Ω_p σ'(X_p) G_Ip                        Eq. (5)
+    /// ```
+    ///
+    /// The fields must be cleared before; `velocity_old` holds the momentum afterwards.
+    #[doc(alias = "Eq. (10)")]
+    fn particles_to_nodes(&self, grid: &Grid<D>, particles: &Particles<D>, nodes: &mut NodeFields<D>);
+
+    /// What the particles `block` find on the grid at their positions.
+    fn nodes_to_particles(
+        &self,
+        grid: &Grid<D>,
+        nodes: &NodeFields<D>,
+        particles: &Particles<D>,
+        block: Range<usize>,
+        at_particles: &mut [Gathered<D>],
+    );
+
+    /// The operator node → cell of the volume change, exact over the whole cell (the paper).
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// K_v = ∫_E B_v dΩ,   component I,i: ∫_E ∂N_I/∂x_i dΩ          Eq. (6)
+    /// ```
+    ///
+    /// `divergence` has one vector per node of the stencil (m², 2-D: m, 1-D: –).
+    #[doc(alias = "Eq. (6)")]
+    fn divergence_of_cell(&self, grid: &Grid<D>, cell: usize, divergence: &mut [Vector<D>]);
+
+    /// The same operator summed over the material points, Σ_p Ω_p ∂N_I/∂x_i, for all active cells.
+    ///
+    /// `divergence` holds one stencil after the other, in the order of the slots.
+    fn divergence_of_particles(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        active: &ActiveSet,
+        divergence: &mut [Vector<D>],
+    );
+
+    /// Adds a force (N) that acts at a point of a cell to the nodes, τ_I of Eq. (7).
+    ///
+    /// A point outside the cell acts at the nearest point of the cell, so that no force is lost on nodes without mass.
+    fn spread_force(
+        &self,
+        grid: &Grid<D>,
+        cell: usize,
+        point: &Vector<D>,
+        force: &Vector<D>,
+        nodes: &mut NodeFields<D>,
+    );
+}
+
+/// A point's weights in its cell's stencil.
+struct Stencil<const D: usize> {
+    first_node: usize,
+    strides: [usize; D],
+    weights: [Weights; D],
+    inverse_spacing: Vector<D>,
+}
+
+impl<const D: usize> Stencil<D> {
+    #[inline(always)]
+    fn new<S: ShapeFunction>(shape: &S, grid: &Grid<D>, cell: usize, point: &Vector<D>, half_size: &Vector<D>) -> Self {
+        let index = grid.cell_index(cell);
+        let strides = grid.node_strides();
+        let inverse_spacing = grid.spacing().map(|h| 1.0 / h);
+        let mut first_node = 0;
+        let mut weights = [Weights::default(); D];
+        for axis in 0..D {
+            let at = CellOnAxis {
+                cell: index[axis],
+                num_cells: grid.cells()[axis],
+            };
+            first_node += shape.first_node(at) * strides[axis];
+            let position = (point[axis] - grid.origin()[axis]) * inverse_spacing[axis];
+            weights[axis] = shape.weights(at, position, half_size[axis] * inverse_spacing[axis]);
+        }
+        Stencil {
+            first_node,
+            strides,
+            weights,
+            inverse_spacing,
+        }
+    }
+
+    /// Calls `visit(local, node, N, ∇N)` for each node of the stencil.
+    #[inline(always)]
+    fn visit<S: ShapeFunction>(&self, mut visit: impl FnMut(usize, usize, f64, Vector<D>)) {
+        for local in 0..S::WIDTH.pow(D as u32) {
+            let mut rest = local;
+            let mut node = self.first_node;
+            let mut value = 1.0;
+            let mut gradient = self.inverse_spacing;
+            for axis in 0..D {
+                let k = rest % S::WIDTH;
+                rest /= S::WIDTH;
+                node += k * self.strides[axis];
+                let weights = &self.weights[axis];
+                value *= weights.value[k];
+                for other in 0..D {
+                    gradient[other] *= if other == axis {
+                        weights.gradient[k]
+                    } else {
+                        weights.value[k]
+                    };
+                }
+            }
+            visit(local, node, value, gradient);
+        }
+    }
+}
+
+impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
+    fn stencil_len(&self) -> usize {
+        S::WIDTH.pow(D as u32)
+    }
+
+    fn visit_stencil(&self, grid: &Grid<D>, cell: usize, visit: &mut dyn FnMut(usize)) {
+        let center = grid.cell_center(cell);
+        Stencil::new(self, grid, cell, &center, &Vector::zeros()).visit::<S>(|_, node, _, _| visit(node));
+    }
+
+    fn particles_to_nodes(&self, grid: &Grid<D>, particles: &Particles<D>, nodes: &mut NodeFields<D>) {
+        for p in 0..particles.len() {
+            let mass = particles.mass[p];
+            let momentum = particles.velocity[p] * mass;
+            let volume = particles.volume[p];
+            let stress = particles.stress[p];
+            let cell = particles.cell[p] as usize;
+            Stencil::new(self, grid, cell, &particles.position[p], &particles.half_size[p]).visit::<S>(
+                |_, node, value, gradient| {
+                    nodes.mass[node] += mass * value;
+                    nodes.velocity_old[node] += momentum * value;
+                    nodes.force[node] -= stress.dot(&gradient) * volume;
+                },
+            );
+        }
+    }
+
+    fn nodes_to_particles(
+        &self,
+        grid: &Grid<D>,
+        nodes: &NodeFields<D>,
+        particles: &Particles<D>,
+        block: Range<usize>,
+        at_particles: &mut [Gathered<D>],
+    ) {
+        for (p, at) in block.zip(at_particles) {
+            let cell = particles.cell[p] as usize;
+            *at = Gathered::default();
+            Stencil::new(self, grid, cell, &particles.position[p], &particles.half_size[p]).visit::<S>(
+                |_, node, value, gradient| {
+                    let velocity = nodes.velocity[node];
+                    at.velocity_old += nodes.velocity_old[node] * value;
+                    at.velocity += velocity * value;
+                    at.acceleration += nodes.acceleration[node] * value;
+                    at.velocity_gradient += velocity * gradient.transpose();
+                },
+            );
+        }
+    }
+
+    fn divergence_of_cell(&self, grid: &Grid<D>, cell: usize, divergence: &mut [Vector<D>]) {
+        divergence.fill(Vector::zeros());
+        // Two Gauss points per axis integrate products of cubics' derivatives and cubics exactly enough for every
+        // shape function of degree three or less (exact to degree three).
+        let offset = 0.5 / 3.0_f64.sqrt();
+        let center = grid.cell_center(cell);
+        let volume = grid.cell_volume() / (1 << D) as f64;
+        for corner in 0..1_usize << D {
+            let point = Vector::from_fn(|axis, _| {
+                let sign = if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
+                center[axis] + sign * offset * grid.spacing()[axis]
+            });
+            Stencil::new(self, grid, cell, &point, &Vector::zeros())
+                .visit::<S>(|local, _, _, gradient| divergence[local] += gradient * volume);
+        }
+    }
+
+    fn divergence_of_particles(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        active: &ActiveSet,
+        divergence: &mut [Vector<D>],
+    ) {
+        divergence.fill(Vector::zeros());
+        let stencil_len = Transfer::<D>::stencil_len(self);
+        for p in 0..particles.len() {
+            let cell = particles.cell[p] as usize;
+            let Some(slot) = active.slot(cell) else { continue };
+            let volume = particles.volume[p];
+            let of_cell = &mut divergence[slot * stencil_len..][..stencil_len];
+            Stencil::new(self, grid, cell, &particles.position[p], &particles.half_size[p])
+                .visit::<S>(|local, _, _, gradient| of_cell[local] += gradient * volume);
+        }
+    }
+
+    fn spread_force(
+        &self,
+        grid: &Grid<D>,
+        cell: usize,
+        point: &Vector<D>,
+        force: &Vector<D>,
+        nodes: &mut NodeFields<D>,
+    ) {
+        let lowest = grid.cell_origin(cell);
+        let highest = lowest + grid.spacing();
+        let inside = Vector::from_fn(|axis, _| point[axis].clamp(lowest[axis], highest[axis]));
+        Stencil::new(self, grid, cell, &inside, &Vector::zeros())
+            .visit::<S>(|_, node, value, _| nodes.force[node] += force * value);
+    }
+}
