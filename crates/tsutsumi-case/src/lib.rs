@@ -1,1 +1,58 @@
-//! Placeholder.
+//! Case files to simulations to results folders.
+//!
+//! A case file is read strictly ([`CaseSource`]), its names become types ([`Registry`]), its bodies particles ([`build`]),
+//! and a run ([`run`]) leaves a folder with histories, fields and figures.
+//!
+//! ```no_run
+//! use tsutsumi_case::{CaseSource, Registry, RunOptions, Silent, run};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let source = CaseSource::read("paper-cases/poroelastic-column/case.toml")?.with_override("time.step=auto")?;
+//! let summary = run(&source, &Registry::built_in(), &RunOptions::default(), &mut Silent)?;
+//! println!("{} steps, results in {}", summary.performance.steps, summary.folder.display());
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! | module | what is in it |
+//! |---|---|
+//! | `schema`, `source`, `validate`, `error` | the case file: types, text with places, checks, messages |
+//! | [`registry`] | the names of the variants: the only file that knows them |
+//! | [`build`], [`simulation`] | a case in motion |
+//! | [`check`] | what follows from a case before it runs |
+//! | [`run`], [`results`] | a run and what it leaves |
+//! | [`figures`], [`vtk`] | pictures and fields from plain data |
+
+pub mod build;
+pub mod check;
+mod deserializer;
+mod error;
+pub mod figures;
+mod json_schema;
+mod key_path;
+mod overrides;
+mod pictures;
+pub mod registry;
+pub mod results;
+pub mod run;
+mod schema;
+pub mod simulation;
+mod source;
+mod tree;
+mod validate;
+pub mod vtk;
+
+pub use check::{CheckReport, check};
+pub use error::{CaseError, Location, Problem, ProblemKind, did_you_mean};
+pub use figures::FigureError;
+pub use json_schema::{KeyDocumentation, case_schema, key_documentation};
+pub use key_path::{KeyPath, Segment};
+pub use registry::Registry;
+pub use results::{Outcome, Performance, ResultsError};
+pub use run::{Observer, Progress, RunError, RunOptions, RunSummary, Silent, Wish, read_case, run};
+pub use schema::*;
+pub use simulation::{Balances, Simulation};
+pub use source::{CaseSource, SIZE_LIMIT};
+
+#[cfg(test)]
+mod case_tests;

@@ -1,1 +1,192 @@
-//! Placeholder.
+//! The command line of Tsutsumi, for the program `tsutsumi` and for programs with laws of their own:
+//!
+//! ```no_run
+//! # use tsutsumi::law::LinearElastic as MyLaw;
+//! use std::process::ExitCode;
+//! use tsutsumi_case::Registry;
+//!
+//! fn main() -> ExitCode {
+//!     tsutsumi_cli::main_with(&Registry::built_in().law::<MyLaw>("my-law"))
+//! }
+//! ```
+//!
+//! Exit codes: 0 done, 1 the run failed (results so far kept), 2 the input is wrong, 130 interrupted.
+
+// This is the room that talks to the terminal.
+#![allow(clippy::print_stdout, clippy::print_stderr)]
+
+mod progress;
+
+use std::io::{IsTerminal, Write};
+use std::num::NonZeroUsize;
+use std::path::PathBuf;
+use std::process::ExitCode;
+
+use clap::{Args, Parser, Subcommand};
+use tsutsumi_case::{CaseError, CaseSource, Outcome, Registry, RunError, RunOptions, RunSummary, check, run};
+
+use crate::progress::Display;
+
+/// The input is wrong.
+const INPUT_WRONG: u8 = 2;
+/// The run failed, or its results could not be written.
+const RUN_FAILED: u8 = 1;
+/// Stopped by Ctrl-C: 128 + SIGINT.
+const INTERRUPTED: u8 = 130;
+
+/// Tsutsumi: the MPM–FDM laboratory for saturated ground.
+#[derive(Debug, Parser)]
+#[command(name = "tsutsumi", version, about, max_term_width = 100)]
+struct Arguments {
+    #[command(subcommand)]
+    command: Command,
+}
+
+#[derive(Debug, Subcommand)]
+enum Command {
+    /// Run a case: from its file to histories, fields and figures.
+    Run(RunArguments),
+    /// Check a case without running it, and print what follows from its numbers.
+    Check(CheckArguments),
+    /// List the constitutive laws and their parameters.
+    Laws,
+    /// Print the JSON Schema of case files, for the completion of an editor.
+    Schema,
+}
+
+#[derive(Debug, Args)]
+struct CaseArguments {
+    /// The case file.
+    case: PathBuf,
+    /// Set a value of the case, such as `--set time.step=auto` or `--set loads.0.applied_to=surface`. Repeatable.
+    #[arg(long = "set", value_name = "KEY=VALUE")]
+    overrides: Vec<String>,
+    /// Accept a fixed time step beyond the stable limit.
+    #[arg(long)]
+    allow_unstable: bool,
+}
+
+#[derive(Debug, Args)]
+struct RunArguments {
+    #[command(flatten)]
+    case: CaseArguments,
+    /// The results folder [default: a new one under results/, named after the case].
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// Replace the results that the folder holds.
+    #[arg(long)]
+    force: bool,
+    /// Number of threads. Accepted for scripts; this version computes on one, and results never depend on it.
+    #[arg(long, value_name = "N")]
+    threads: Option<NonZeroUsize>,
+    /// Print nothing but errors.
+    #[arg(long, short)]
+    quiet: bool,
+}
+
+#[derive(Debug, Args)]
+struct CheckArguments {
+    #[command(flatten)]
+    case: CaseArguments,
+}
+
+/// The whole command line, with the laws of a registry.
+pub fn main_with(registry: &Registry) -> ExitCode {
+    let code = match Arguments::parse().command {
+        Command::Run(arguments) => run_case(&arguments, registry),
+        Command::Check(arguments) => check_case(&arguments, registry),
+        Command::Laws => print(&list_laws(registry)),
+        Command::Schema => print(&format!("{:#}", registry.schema())),
+    };
+    ExitCode::from(code)
+}
+
+/// Prints to the standard output; a reader that has gone away (`| head`) is no error.
+fn print(text: &str) -> u8 {
+    let _ = writeln!(std::io::stdout(), "{text}");
+    0
+}
+
+fn open(arguments: &CaseArguments) -> Result<CaseSource, CaseError> {
+    let source = CaseSource::read(&arguments.case)?;
+    arguments
+        .overrides
+        .iter()
+        .try_fold(source, |source, assignment| source.with_override(assignment))
+}
+
+fn refuse(error: &CaseError) -> u8 {
+    eprintln!("{}", error.render(std::io::stderr().is_terminal()));
+    INPUT_WRONG
+}
+
+fn check_case(arguments: &CheckArguments, registry: &Registry) -> u8 {
+    let report = open(&arguments.case).and_then(|source| check(&source, registry, arguments.case.allow_unstable));
+    match report {
+        Ok(report) => print(&report.to_string()),
+        Err(error) => refuse(&error),
+    }
+}
+
+fn run_case(arguments: &RunArguments, registry: &Registry) -> u8 {
+    let source = match open(&arguments.case) {
+        Ok(source) => source,
+        Err(error) => return refuse(&error),
+    };
+    let options = RunOptions {
+        out: arguments.out.clone(),
+        force: arguments.force,
+        allow_unstable: arguments.case.allow_unstable,
+    };
+    let mut display = Display::new(arguments.quiet);
+    let result = run(&source, registry, &options, &mut display);
+    display.finish();
+    match result {
+        Ok(summary) => report(&summary, arguments.quiet),
+        Err(RunError::Case(error)) => refuse(&error),
+        Err(RunError::Results(error)) => {
+            eprintln!("error: {error}");
+            RUN_FAILED
+        }
+    }
+}
+
+fn report(summary: &RunSummary, quiet: bool) -> u8 {
+    let performance = &summary.performance;
+    if !quiet {
+        eprintln!(
+            "{} steps in {:.1} s ({:.2} µs a step), t = {} s",
+            performance.steps,
+            performance.wall_s,
+            1e6 * performance.wall_s / performance.steps.max(1) as f64,
+            summary.time
+        );
+        eprintln!("results in {}", summary.folder.display());
+    }
+    match &summary.outcome {
+        Outcome::Finished | Outcome::Running => 0,
+        Outcome::Interrupted => {
+            eprintln!("interrupted: the results end at t = {} s", summary.time);
+            INTERRUPTED
+        }
+        Outcome::Failed(reason) => {
+            eprintln!(
+                "error: {reason}\nthe results end at t = {} s, in {}",
+                summary.time,
+                summary.folder.display()
+            );
+            RUN_FAILED
+        }
+    }
+}
+
+fn list_laws(registry: &Registry) -> String {
+    let mut text = String::new();
+    for law in registry.laws() {
+        text += &format!("{}\n    {}\n", law.name, law.description());
+        for (name, description) in law.parameters() {
+            text += &format!("    {name:<20} {description}\n");
+        }
+    }
+    text.trim_end().to_owned()
+}

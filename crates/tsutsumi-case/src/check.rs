@@ -1,0 +1,203 @@
+//! What a case amounts to before it is run: derived numbers, limits, size.
+
+use std::fmt;
+
+use tsutsumi::solver::StepLimits;
+use tsutsumi::tensor::{Sym3, Vector};
+
+use crate::build::build;
+use crate::run::{Steps, read_case, refuse_unstable};
+use crate::{Case, CaseError, CaseSource, Registry};
+
+/// The numbers that follow from a case.
+#[derive(Debug, Clone, PartialEq)]
+pub struct CheckReport {
+    /// The title of the case.
+    pub title: String,
+    /// The dimension of space.
+    pub dimension: usize,
+    /// The bodies.
+    pub bodies: Vec<BodyNumbers>,
+    /// The limits of the time step.
+    pub limits: StepLimits,
+    /// The step at the start (s).
+    pub step: f64,
+    /// Estimated number of steps.
+    pub steps: u64,
+    /// Cells of the grid, and those that hold particles.
+    pub cells: [usize; 2],
+    /// Particles.
+    pub particles: usize,
+    /// Estimated memory (bytes).
+    pub memory: usize,
+    /// True when the case runs only with `--allow-unstable`.
+    pub unstable: bool,
+}
+
+/// The derived numbers of a body's material.
+#[derive(Debug, Clone, PartialEq)]
+pub struct BodyNumbers {
+    /// The name of the body.
+    pub name: String,
+    /// The law.
+    pub law: String,
+    /// Oedometric modulus at the start (Pa).
+    pub modulus: f64,
+    /// Drained compression wave speed (m/s).
+    pub drained_speed: f64,
+    /// Undrained compression wave speed (m/s); none in dry ground.
+    pub undrained_speed: Option<f64>,
+    /// Coefficient of consolidation with the fluid's compressibility (m²/s); none in dry ground.
+    pub consolidation: Option<f64>,
+    /// H²/c_v (s), with the height of the body; none in dry ground.
+    pub consolidation_time: Option<f64>,
+}
+
+/// Checks a case and works out its numbers.
+///
+/// # Errors
+/// Everything that is wrong with the case. A fixed step beyond the stable limit is one, unless `allow_unstable`.
+pub fn check(source: &CaseSource, registry: &Registry, allow_unstable: bool) -> Result<CheckReport, CaseError> {
+    let case = read_case(source)?;
+    match case.dimension {
+        1 => check_in::<1>(source, &case, registry, allow_unstable),
+        2 => check_in::<2>(source, &case, registry, allow_unstable),
+        _ => check_in::<3>(source, &case, registry, allow_unstable),
+    }
+}
+
+fn check_in<const D: usize>(
+    source: &CaseSource,
+    case: &Case,
+    registry: &Registry,
+    allow_unstable: bool,
+) -> Result<CheckReport, CaseError> {
+    let simulation = build::<D>(source, case, registry)?;
+    let solver = simulation.solver();
+    let stable = refuse_unstable(source, case, solver);
+    let unstable = stable.is_err();
+    if !allow_unstable {
+        stable?;
+    }
+    let first = Steps::up_to(case.output.every.min(case.time.end), case, solver);
+    let grid = solver.grid();
+    let numbers = |(index, body): (usize, &crate::Body)| {
+        let group = &solver.groups()[index];
+        let (modulus, _) = group.wave_moduli(&solver.particles().stress[group.particles()]);
+        let crate::BodyShape::Box(shape) = &body.shape;
+        body_numbers(case, body, modulus, shape.max[D - 1] - shape.min[D - 1])
+    };
+    Ok(CheckReport {
+        title: case.title.clone(),
+        dimension: D,
+        bodies: case.bodies.iter().enumerate().map(numbers).collect(),
+        limits: solver.step_limits(),
+        step: first.dt,
+        steps: (case.time.end / first.dt).round() as u64,
+        cells: [grid.num_cells(), solver.active().cells().len()],
+        particles: solver.particles().len(),
+        memory: solver.particles().len() * bytes_per_particle::<D>()
+            + grid.num_nodes() * bytes_per_node::<D>()
+            + grid.num_cells() * bytes_per_cell::<D>(),
+        unstable,
+    })
+}
+
+fn body_numbers(case: &Case, body: &crate::Body, modulus: f64, height: f64) -> BodyNumbers {
+    let material = &case.materials[&body.material];
+    let wet = case.fluid.as_ref().zip(material.porosity).zip(material.conductivity);
+    let undrained =
+        wet.map(|((fluid, porosity), _)| ((modulus + fluid.bulk_modulus / porosity) / material.density).sqrt());
+    let consolidation = wet.map(|((fluid, porosity), conductivity)| {
+        conductivity / fluid.unit_weight / (1.0 / modulus + porosity / fluid.bulk_modulus)
+    });
+    BodyNumbers {
+        name: body.name().to_owned(),
+        law: material.law.clone(),
+        modulus,
+        drained_speed: (modulus / material.density).sqrt(),
+        undrained_speed: undrained,
+        consolidation,
+        consolidation_time: consolidation.map(|c_v| height * height / c_v),
+    }
+}
+
+/// Memory that a particle takes (bytes), with its place at the start for the displacements.
+pub fn bytes_per_particle<const D: usize>() -> usize {
+    let vectors = 4 * size_of::<Vector<D>>();
+    // Mass, volume, pressure, porosity, conductivity; cell and drained sides.
+    vectors + size_of::<Sym3>() + 5 * size_of::<f64>() + size_of::<u32>() + 1
+}
+
+/// Memory that a node takes (bytes).
+fn bytes_per_node<const D: usize>() -> usize {
+    // Fields of the step; velocity, force and relaxation of the pressure solve; activity; supports.
+    size_of::<f64>() * 2 + 6 * size_of::<Vector<D>>() + size_of::<u32>() * 2 + 2
+}
+
+/// Memory that a cell takes (bytes), with linear shape functions.
+fn bytes_per_cell<const D: usize>() -> usize {
+    (1 << D) * (size_of::<Vector<D>>() + 2 * size_of::<u32>()) + 12 * size_of::<f64>() + 2 * size_of::<Vector<D>>()
+}
+
+impl fmt::Display for CheckReport {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        writeln!(f, "{} ({}-D)", self.title, self.dimension)?;
+        for body in &self.bodies {
+            writeln!(f, "\nbody `{}`, {}", body.name, body.law)?;
+            line(f, "oedometric modulus", body.modulus, "Pa")?;
+            line(f, "drained wave speed", body.drained_speed, "m/s")?;
+            if let Some(speed) = body.undrained_speed {
+                line(f, "undrained wave speed", speed, "m/s")?;
+            }
+            if let Some(c_v) = body.consolidation {
+                line(f, "coefficient of consolidation c_v", c_v, "m²/s")?;
+            }
+            if let Some(time) = body.consolidation_time {
+                line(f, "consolidation time H²/c_v", time, "s")?;
+            }
+        }
+        writeln!(f, "\ntime step")?;
+        line(f, "limit: consolidation", self.limits.consolidation, "s")?;
+        line(f, "limit: skeleton inside a cell", self.limits.skeleton, "s")?;
+        line(f, "limit: shear wave", self.limits.shear, "s")?;
+        writeln!(f, "  {:<34} {}", "governs", self.limits.governing)?;
+        line(f, "step", self.step, "s")?;
+        writeln!(f, "  {:<34} {}", "steps", self.steps)?;
+        if self.unstable {
+            writeln!(
+                f,
+                "  the step is longer than the limit: it runs only with --allow-unstable"
+            )?;
+        }
+        writeln!(f, "\nsize")?;
+        writeln!(
+            f,
+            "  {:<34} {} ({} with particles)",
+            "cells", self.cells[0], self.cells[1]
+        )?;
+        writeln!(f, "  {:<34} {}", "particles", self.particles)?;
+        write!(
+            f,
+            "  {:<34} {:.3} MiB",
+            "memory",
+            self.memory as f64 / (1024.0 * 1024.0)
+        )
+    }
+}
+
+fn line(f: &mut fmt::Formatter<'_>, name: &str, value: f64, unit: &str) -> fmt::Result {
+    match value.is_finite() {
+        true => writeln!(f, "  {name:<34} {} {unit}", significant(value)),
+        false => writeln!(f, "  {name:<34} none"),
+    }
+}
+
+/// Four significant digits.
+fn significant(value: f64) -> String {
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    match rounded.abs() {
+        size if (1e-3..1e6).contains(&size) || size == 0.0 => format!("{rounded}"),
+        _ => format!("{rounded:e}"),
+    }
+}

@@ -1,0 +1,149 @@
+//! Which figures a run draws: settlement and pressure in time, and the deformed particles coloured by pore pressure.
+
+use crate::figures::{Curve, CurveStyle, LineChart, ParticleChart};
+use crate::results::Results;
+use crate::simulation::{Simulation, outlines};
+use crate::{Case, ResultsError};
+
+/// The particles at one time, as the picture needs them.
+#[derive(Debug, Clone, Default)]
+pub(crate) struct Snapshot {
+    time: f64,
+    largest: f64,
+    position: Vec<[f64; 2]>,
+    half_size: Vec<[f64; 2]>,
+    /// Pore pressure (kPa).
+    pressure: Vec<f64>,
+}
+
+impl Snapshot {
+    /// The particles as they are now. A 3-D body is cut along its first layer of cells across y.
+    pub(crate) fn take<const D: usize>(simulation: &Simulation<D>) -> Self {
+        let particles = simulation.solver().particles();
+        let grid = simulation.solver().grid();
+        let in_cut = |p: &usize| D < 3 || particles.position[*p][1] <= grid.origin()[1] + grid.spacing()[1];
+        let shown: Vec<usize> = (0..particles.len()).filter(in_cut).collect();
+        // A 1-D column is drawn one cell height wide.
+        let width = grid.spacing()[0];
+        let up = D - 1;
+        let place = |p: usize| match D {
+            1 => [0.5 * width, particles.position[p][0]],
+            _ => [particles.position[p][0], particles.position[p][up]],
+        };
+        let half = |p: usize| match D {
+            1 => [0.5 * width, particles.half_size[p][0]],
+            _ => [particles.half_size[p][0], particles.half_size[p][up]],
+        };
+        Snapshot {
+            time: simulation.solver().time(),
+            largest: simulation.largest_pressure(),
+            position: shown.iter().map(|&p| place(p)).collect(),
+            half_size: shown.iter().map(|&p| half(p)).collect(),
+            pressure: shown.iter().map(|&p| particles.pressure[p] * 1e-3).collect(),
+        }
+    }
+
+    /// The largest pore pressure of any cell (Pa).
+    pub(crate) fn largest(&self) -> f64 {
+        self.largest
+    }
+}
+
+/// Draws the figures of a run from what it has written so far.
+///
+/// `peak` is the body when the pore pressure was largest, `last` the body at the end.
+pub(crate) fn draw<const D: usize>(
+    results: &Results,
+    case: &Case,
+    simulation: &Simulation<D>,
+    peak: &Snapshot,
+    last: &Snapshot,
+) -> Result<(), ResultsError> {
+    let folder = results.folder().join("figures");
+    settlement(results, case).save(&folder.join("settlement"))?;
+    let pressures = pressures(results, case);
+    if !pressures.curves.is_empty() {
+        pressures.save(&folder.join("pressure"))?;
+    }
+    draw_particles(case, simulation, last).save(&folder.join("particles"))?;
+    if case.fluid.is_some() && peak.time < last.time {
+        draw_particles(case, simulation, peak).save(&folder.join("particles-peak"))?;
+    }
+    Ok(())
+}
+
+/// A column of the history.
+fn column(results: &Results, name: &str) -> Option<Vec<f64>> {
+    let place = results.names.iter().position(|known| known == name)?;
+    Some(results.rows.iter().map(|row| row[place]).collect())
+}
+
+fn curve(results: &Results, name: &str, label: &str, factor: f64) -> Option<Curve> {
+    let y = column(results, name)?.iter().map(|value| value * factor).collect();
+    let x = column(results, "time")?;
+    Some(Curve {
+        label: label.to_owned(),
+        x,
+        y,
+        style: CurveStyle::default(),
+    })
+}
+
+fn settlement(results: &Results, case: &Case) -> LineChart {
+    let curves = [
+        curve(results, "settlement.particles", "top particles", 1e3),
+        curve(results, "settlement.surface", "surface", 1e3),
+    ];
+    LineChart {
+        title: Some(case.title.clone()),
+        x_label: "time (s)".to_owned(),
+        y_label: "settlement (mm)".to_owned(),
+        y_down: true,
+        curves: curves.into_iter().flatten().collect(),
+        ..Default::default()
+    }
+}
+
+fn pressures(results: &Results, case: &Case) -> LineChart {
+    let probes = case.probes.iter().filter(|probe| probe.pressure_at.is_some());
+    let of_probe = |probe: &crate::Probe| curve(results, &format!("{}.pressure", probe.name), &probe.name, 1e-3);
+    LineChart {
+        title: Some(case.title.clone()),
+        x_label: "time (s)".to_owned(),
+        y_label: "pore pressure (kPa)".to_owned(),
+        curves: probes.filter_map(of_probe).collect(),
+        ..Default::default()
+    }
+}
+
+fn draw_particles<const D: usize>(case: &Case, simulation: &Simulation<D>, snapshot: &Snapshot) -> ParticleChart {
+    let grid = simulation.solver().grid();
+    let lines = |axis: usize| -> Vec<f64> {
+        (0..=grid.cells()[axis])
+            .map(|i| grid.origin()[axis] + i as f64 * grid.spacing()[axis])
+            .collect()
+    };
+    let up = D - 1;
+    let (grid_x, outline) = match D {
+        1 => (vec![0.0, grid.spacing()[0]], Vec::new()),
+        _ => (lines(0), outlines(&case.bodies, 0, up)),
+    };
+    ParticleChart {
+        title: Some(format!("t = {} s", rounded(snapshot.time))),
+        x_label: if D == 1 { String::new() } else { "x (m)".to_owned() },
+        y_label: ["x (m)", "y (m)", "z (m)"][up].to_owned(),
+        value_label: "pore pressure (kPa)".to_owned(),
+        position: snapshot.position.clone(),
+        half_size: snapshot.half_size.clone(),
+        value: snapshot.pressure.clone(),
+        grid_x,
+        grid_y: lines(up),
+        outline,
+        ..Default::default()
+    }
+}
+
+/// A time with at most six significant digits, for a title.
+fn rounded(time: f64) -> f64 {
+    format!("{time:.5e}").parse().unwrap_or(time)
+}

@@ -1,0 +1,182 @@
+//! The names of the variants: the one place where a word in a case file becomes a type.
+//!
+//! A new shape function or velocity update is one line here. A law from elsewhere is added with [`Registry::law`].
+
+use std::collections::BTreeMap;
+use std::ops::Range;
+
+use schemars::JsonSchema;
+use serde::de::DeserializeOwned;
+use serde_json::Value;
+use tsutsumi::law::{ConstitutiveLaw, Group, LawError, LinearElastic, MaterialGroup};
+use tsutsumi::shape::Linear;
+use tsutsumi::tensor::Sym3;
+use tsutsumi::transfer::Transfer;
+use tsutsumi::velocity::{Mpm1, Mpm2, VelocityUpdate};
+
+use crate::{CaseError, CaseSource, KeyPath, case_schema, did_you_mean};
+
+/// The shape functions by name.
+pub fn shapes<const D: usize>() -> Vec<(&'static str, Box<dyn Transfer<D>>)> {
+    vec![("linear", Box::new(Linear))]
+}
+
+/// The velocity updates by name.
+pub fn velocity_updates<const D: usize>() -> Vec<(&'static str, Box<dyn VelocityUpdate<D>>)> {
+    vec![("mpm1", Box::new(Mpm1)), ("mpm2", Box::new(Mpm2))]
+}
+
+/// The constitutive laws by name.
+pub struct Registry {
+    laws: BTreeMap<String, Law>,
+}
+
+/// A law that a case file can name.
+struct Law {
+    schema: Value,
+    make: Box<MakeGroup>,
+}
+
+type MakeGroup = dyn Fn(&MaterialRequest) -> Result<Box<dyn MaterialGroup>, CaseError> + Send + Sync;
+
+/// What a law needs from a case to become the group of a body.
+pub(crate) struct MaterialRequest<'a> {
+    pub(crate) source: &'a CaseSource,
+    pub(crate) material: &'a str,
+    pub(crate) particles: Range<usize>,
+    pub(crate) stresses: &'a [Sym3],
+}
+
+impl Registry {
+    /// The laws of the library.
+    pub fn built_in() -> Self {
+        Registry { laws: BTreeMap::new() }.law::<LinearElastic>("linear-elastic")
+    }
+
+    /// Adds a law under a name. Its parameters are read from the case file by its own `Deserialize`, and described in
+    /// the JSON schema by its own `JsonSchema`; what [`ConstitutiveLaw::validate`] refuses is shown where it stands in
+    /// the file.
+    #[must_use]
+    pub fn law<L: ConstitutiveLaw + DeserializeOwned + JsonSchema>(mut self, name: &str) -> Self {
+        let schema = schemars::schema_for!(L).to_value();
+        let make = Box::new(make_group::<L>);
+        self.laws.insert(name.to_owned(), Law { schema, make });
+        self
+    }
+
+    /// The names of the laws, with the first line of each description.
+    pub fn laws(&self) -> impl Iterator<Item = LawSummary<'_>> {
+        self.laws.iter().map(|(name, law)| LawSummary {
+            name,
+            schema: &law.schema,
+        })
+    }
+
+    /// The JSON Schema of case files, with the parameters of every law.
+    pub fn schema(&self) -> Value {
+        let laws: Vec<(&str, Value)> = self
+            .laws
+            .iter()
+            .map(|(name, law)| (name.as_str(), law.schema.clone()))
+            .collect();
+        let shapes: Vec<&str> = shapes::<1>().iter().map(|(name, _)| *name).collect();
+        let updates: Vec<&str> = velocity_updates::<1>().iter().map(|(name, _)| *name).collect();
+        case_schema(&laws, &shapes, &updates)
+    }
+
+    /// The group of a body's particles, with the law that its material names.
+    pub(crate) fn group(&self, law: &str, request: &MaterialRequest) -> Result<Box<dyn MaterialGroup>, CaseError> {
+        let Some(found) = self.laws.get(law) else {
+            let key = KeyPath::root().key("materials").key(request.material).key("law");
+            let names = self.laws.keys().map(String::as_str);
+            return Err(unknown_name(request.source, key, "law", law, names));
+        };
+        (found.make)(request)
+    }
+}
+
+/// A law as `tsutsumi laws` shows it.
+pub struct LawSummary<'a> {
+    /// Its name in case files.
+    pub name: &'a str,
+    /// The JSON Schema of its parameters.
+    pub schema: &'a Value,
+}
+
+impl LawSummary<'_> {
+    /// What the law is: the first paragraph of its documentation.
+    pub fn description(&self) -> &str {
+        let text = self
+            .schema
+            .get("description")
+            .and_then(Value::as_str)
+            .unwrap_or_default();
+        text.split("\n\n").next().unwrap_or_default()
+    }
+
+    /// The parameters and what each means.
+    pub fn parameters(&self) -> impl Iterator<Item = (&str, &str)> {
+        let properties = self.schema.get("properties").and_then(Value::as_object);
+        properties.into_iter().flatten().map(|(name, schema)| {
+            (
+                name.as_str(),
+                schema.get("description").and_then(Value::as_str).unwrap_or_default(),
+            )
+        })
+    }
+}
+
+fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
+    request: &MaterialRequest,
+) -> Result<Box<dyn MaterialGroup>, CaseError> {
+    let parameters = KeyPath::root().key("materials").key(request.material).key("parameters");
+    let law: L = request.source.parse_at(&parameters)?;
+    law.validate().map_err(|error| match error {
+        LawError::Parameter { name, value, expected } => request.source.invalid(
+            parameters.key(name),
+            format!("`{name}` is {value}"),
+            format!("`{name}` must be {expected}"),
+        ),
+        other => request.source.invalid(parameters, other.to_string(), ""),
+    })?;
+    Ok(Box::new(Group::new(
+        request.material,
+        law,
+        request.particles.clone(),
+        request.stresses,
+    )))
+}
+
+/// Takes a variant out of a list by its name.
+pub(crate) fn choose<T>(
+    source: &CaseSource,
+    key: KeyPath,
+    what: &str,
+    name: &str,
+    variants: Vec<(&'static str, T)>,
+) -> Result<T, CaseError> {
+    let names: Vec<&str> = variants.iter().map(|(name, _)| *name).collect();
+    match variants.into_iter().find(|(known, _)| *known == name) {
+        Some((_, variant)) => Ok(variant),
+        None => Err(unknown_name(source, key, what, name, names.into_iter())),
+    }
+}
+
+fn unknown_name<'a>(
+    source: &CaseSource,
+    key: KeyPath,
+    what: &str,
+    name: &str,
+    known: impl Iterator<Item = &'a str> + Clone,
+) -> CaseError {
+    let list = known
+        .clone()
+        .map(|name| format!("`{name}`"))
+        .collect::<Vec<_>>()
+        .join(", ");
+    let help = match did_you_mean(name, known) {
+        Some(near) => format!("did you mean `{near}`? known: {list}"),
+        None => format!("known: {list}"),
+    };
+    source.invalid(key, format!("unknown {what} `{name}`"), help)
+}

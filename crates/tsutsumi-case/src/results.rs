@@ -1,0 +1,353 @@
+//! The results folder: manifest, case, histories, fields.
+
+use std::fs::{self, File};
+use std::io::{self, BufWriter, Write};
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use tsutsumi::grid::Grid;
+use tsutsumi::tensor::Vector;
+
+use crate::simulation::{Balances, Simulation};
+use crate::vtk::{Collection, Field, Lattice, VtkError, write_cells, write_points};
+use crate::{CaseSource, FigureError};
+
+/// Why results could not be written. What was written before stays.
+#[derive(Debug, thiserror::Error)]
+pub enum ResultsError {
+    /// The folder asked for has results already.
+    #[error("`{}` holds a run already: choose another folder with --out, or replace it with --force", path.display())]
+    Occupied {
+        /// The folder.
+        path: PathBuf,
+    },
+    /// A file or folder could not be written.
+    #[error("cannot write `{}`: {source}", path.display())]
+    Write {
+        /// The file or folder.
+        path: PathBuf,
+        /// What the system says.
+        #[source]
+        source: io::Error,
+    },
+    /// A field file could not be written.
+    #[error(transparent)]
+    Vtk(#[from] VtkError),
+    /// A figure could not be written.
+    #[error(transparent)]
+    Figure(#[from] FigureError),
+}
+
+/// How a run ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+#[serde(rename_all = "kebab-case", tag = "kind", content = "reason")]
+pub enum Outcome {
+    /// It reached its end.
+    Finished,
+    /// It was stopped; the results up to then are whole.
+    Interrupted,
+    /// A step failed for this reason; the results up to then are whole.
+    Failed(String),
+    /// It has not ended yet, or was killed.
+    Running,
+}
+
+/// What a run cost.
+#[derive(Debug, Clone, Copy, PartialEq, Default, Serialize)]
+pub struct Performance {
+    /// Time steps made.
+    pub steps: u64,
+    /// Wall time of the step loop (s), without output.
+    pub wall_s: f64,
+    /// Particles times steps over wall time (1/s).
+    pub particle_steps_per_s: f64,
+    /// Iterations of the pressure solver in all; 0 with the direct solver.
+    pub pressure_iterations: u64,
+}
+
+/// `manifest.json`: what was run, where, and how it ended.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Manifest {
+    pub(crate) program: &'static str,
+    pub(crate) version: &'static str,
+    pub(crate) title: String,
+    pub(crate) case: PathBuf,
+    pub(crate) overrides: Vec<String>,
+    pub(crate) host: Host,
+    pub(crate) started_unix_s: u64,
+    pub(crate) dimension: usize,
+    pub(crate) particles: usize,
+    pub(crate) cells: usize,
+    pub(crate) outcome: Outcome,
+    pub(crate) time: f64,
+    pub(crate) balances: Balances,
+    pub(crate) performance: Performance,
+}
+
+/// The machine of a run.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub(crate) struct Host {
+    operating_system: &'static str,
+    architecture: &'static str,
+    cores: usize,
+}
+
+impl Host {
+    pub(crate) fn this() -> Self {
+        Host {
+            operating_system: std::env::consts::OS,
+            architecture: std::env::consts::ARCH,
+            cores: std::thread::available_parallelism().map_or(1, usize::from),
+        }
+    }
+}
+
+/// A results folder that is being written.
+pub(crate) struct Results {
+    folder: PathBuf,
+    history: csv::Writer<BufWriter<File>>,
+    particles: Collection,
+    grid: Collection,
+    frames: usize,
+    /// The history in memory, row by row, for the figures.
+    pub(crate) rows: Vec<Vec<f64>>,
+    pub(crate) names: Vec<String>,
+}
+
+const FIELDS: &str = "fields";
+
+impl Results {
+    /// Makes the folder, with a copy of the case, and the head of the history.
+    pub(crate) fn create(
+        source: &CaseSource,
+        out: Option<&Path>,
+        force: bool,
+        names: Vec<String>,
+    ) -> Result<Self, ResultsError> {
+        let folder = choose_folder(source, out, force)?;
+        let write = |path: &Path| {
+            let path = path.to_owned();
+            move |source| ResultsError::Write { path, source }
+        };
+        for part in [folder.clone(), folder.join(FIELDS), folder.join("figures")] {
+            fs::create_dir_all(&part).map_err(write(&part))?;
+        }
+        let case = folder.join("case.toml");
+        fs::write(&case, source.text()).map_err(write(&case))?;
+        let path = folder.join("history.csv");
+        let mut history = csv::Writer::from_writer(BufWriter::new(File::create(&path).map_err(write(&path))?));
+        history
+            .write_record(&names)
+            .map_err(|error| write(&path)(error.into()))?;
+        let particles = Collection::new(folder.join("particles.pvd"));
+        let grid = Collection::new(folder.join("grid.pvd"));
+        Ok(Results {
+            folder,
+            history,
+            particles,
+            grid,
+            frames: 0,
+            rows: Vec::new(),
+            names,
+        })
+    }
+
+    pub(crate) fn folder(&self) -> &Path {
+        &self.folder
+    }
+
+    /// Appends a row to the history, on disk at once.
+    pub(crate) fn write_row(&mut self, row: Vec<f64>) -> Result<(), ResultsError> {
+        // `step` is a count; everything else has 17 significant digits.
+        let text = row.iter().zip(&self.names).map(|(value, name)| match name.as_str() {
+            "step" => format!("{value}"),
+            _ => format!("{value:.16e}"),
+        });
+        let written = self
+            .history
+            .write_record(text)
+            .map_err(io::Error::from)
+            .and_then(|()| self.history.flush());
+        written.map_err(|source| ResultsError::Write {
+            path: self.folder.join("history.csv"),
+            source,
+        })?;
+        self.rows.push(row);
+        Ok(())
+    }
+
+    /// Writes the particles and the grid as they are now.
+    pub(crate) fn write_fields<const D: usize>(&mut self, simulation: &Simulation<D>) -> Result<(), ResultsError> {
+        let time = simulation.solver().time();
+        let number = self.frames;
+        let particles = format!("{FIELDS}/particles-{number:06}.vtu");
+        let grid = format!("{FIELDS}/grid-{number:06}.vtu");
+        write_particles(&self.folder.join(&particles), time, simulation)?;
+        write_grid(&self.folder.join(&grid), time, simulation)?;
+        self.particles.push(time, &particles)?;
+        self.grid.push(time, &grid)?;
+        self.frames += 1;
+        Ok(())
+    }
+
+    /// Replaces the manifest; a reader never sees half of it.
+    pub(crate) fn write_manifest(&self, manifest: &Manifest) -> Result<(), ResultsError> {
+        let path = self.folder.join("manifest.json");
+        let temporary = self.folder.join("manifest.json.tmp");
+        let write = || -> io::Result<()> {
+            let mut file = File::create(&temporary)?;
+            serde_json::to_writer_pretty(&mut file, manifest)?;
+            file.write_all(b"\n")?;
+            fs::rename(&temporary, &path)
+        };
+        write().map_err(|source| ResultsError::Write { path, source })
+    }
+}
+
+/// The folder for the results: the one asked for, or a new one under `results/` named after the case.
+fn choose_folder(source: &CaseSource, out: Option<&Path>, force: bool) -> Result<PathBuf, ResultsError> {
+    let occupied = |path: &Path| path.join("manifest.json").exists();
+    let folder = match out {
+        Some(path) => path.to_owned(),
+        None => {
+            let base = Path::new("results").join(case_name(source.path()));
+            let numbered = |n: u32| PathBuf::from(format!("{}-{n}", base.display()));
+            match force || !occupied(&base) {
+                true => base,
+                // The numbers do not end before a free one is found.
+                false => (2..=u32::MAX)
+                    .map(numbered)
+                    .find(|path| !occupied(path))
+                    .unwrap_or(base),
+            }
+        }
+    };
+    if !occupied(&folder) {
+        return Ok(folder);
+    }
+    if !force {
+        return Err(ResultsError::Occupied { path: folder });
+    }
+    // Only what a run writes is replaced; anything else in the folder stays.
+    for name in ["manifest.json", "history.csv", "particles.pvd", "grid.pvd", "case.toml"] {
+        remove(fs::remove_file(folder.join(name)), &folder.join(name))?;
+    }
+    for name in [FIELDS, "figures"] {
+        remove(fs::remove_dir_all(folder.join(name)), &folder.join(name))?;
+    }
+    Ok(folder)
+}
+
+fn remove(removed: io::Result<()>, path: &Path) -> Result<(), ResultsError> {
+    match removed {
+        Err(source) if source.kind() != io::ErrorKind::NotFound => Err(ResultsError::Write {
+            path: path.to_owned(),
+            source,
+        }),
+        _ => Ok(()),
+    }
+}
+
+/// What a case is called: its file name, or its folder's where the file is `case.toml`.
+fn case_name(path: &Path) -> String {
+    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
+    let folder = || Some(path.parent()?.file_name()?.to_string_lossy().into_owned());
+    match stem.as_deref() {
+        Some("case") => folder().or(stem),
+        _ => stem,
+    }
+    .unwrap_or_else(|| "case".to_owned())
+}
+
+/// A vector of space with zeros for the missing axes.
+fn pad<const D: usize>(vector: &Vector<D>) -> [f64; 3] {
+    std::array::from_fn(|axis| if axis < D { vector[axis] } else { 0.0 })
+}
+
+fn write_particles<const D: usize>(path: &Path, time: f64, simulation: &Simulation<D>) -> Result<(), VtkError> {
+    let particles = simulation.solver().particles();
+    let points: Vec<[f64; 3]> = particles.position.iter().map(pad).collect();
+    let displacement: Vec<[f64; 3]> = (0..particles.len()).map(|p| pad(&simulation.displacement(p))).collect();
+    let velocity: Vec<[f64; 3]> = particles.velocity.iter().map(pad).collect();
+    let stress: Vec<[f64; 6]> = particles
+        .stress
+        .iter()
+        .map(|s| [s.xx, s.yy, s.zz, s.xy, s.yz, s.zx])
+        .collect();
+    let mut body = vec![0.0; particles.len()];
+    for (number, group) in simulation.solver().groups().iter().enumerate() {
+        body[group.particles()].fill(number as f64);
+    }
+    let mut fields = vec![
+        Field::scalar("pressure", &particles.pressure),
+        Field::vector("displacement", &displacement),
+        Field::vector("velocity", &velocity),
+        Field::symmetric_tensor("stress", &stress),
+        Field::scalar("volume", &particles.volume),
+        Field::scalar("porosity", &particles.porosity),
+        Field::scalar("body", &body),
+    ];
+    let outputs = law_outputs(simulation);
+    fields.extend(outputs.iter().map(|(name, values)| Field::scalar(name, values)));
+    write_points(path, time, &points, &fields)
+}
+
+/// The laws' own output quantities, NaN where a particle's law has no such quantity.
+fn law_outputs<const D: usize>(simulation: &Simulation<D>) -> Vec<(&'static str, Vec<f64>)> {
+    let particles = simulation.solver().particles();
+    let mut columns: Vec<(&'static str, Vec<f64>)> = Vec::new();
+    for group in simulation.solver().groups() {
+        let names = group.outputs();
+        let mut values = vec![0.0; names.len()];
+        for (i, p) in group.particles().enumerate() {
+            group.write_outputs(i, particles.stress[p], &mut values);
+            for (&name, &value) in names.iter().zip(&values) {
+                let column = match columns.iter().position(|(known, _)| *known == name) {
+                    Some(column) => column,
+                    None => {
+                        columns.push((name, vec![f64::NAN; particles.len()]));
+                        columns.len() - 1
+                    }
+                };
+                columns[column].1[p] = value;
+            }
+        }
+    }
+    columns
+}
+
+fn write_grid<const D: usize>(path: &Path, time: f64, simulation: &Simulation<D>) -> Result<(), VtkError> {
+    let solver = simulation.solver();
+    let grid: &Grid<D> = solver.grid();
+    let lattice = Lattice {
+        dimension: D,
+        origin: pad(&grid.origin()),
+        spacing: pad(&grid.spacing()),
+    };
+    let active = solver.active().cells();
+    let place = |cell: u32| {
+        let index = grid.cell_index(cell as usize);
+        std::array::from_fn(|axis| if axis < D { index[axis] } else { 0 })
+    };
+    let cells: Vec<[usize; 3]> = active.iter().map(|&cell| place(cell)).collect();
+    let pressure: Vec<f64> = active
+        .iter()
+        .map(|&cell| solver.cells().pressure[cell as usize])
+        .collect();
+    write_cells(path, time, &lattice, &cells, &[Field::scalar("pressure", pressure)])
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn a_case_is_called_by_its_file_or_its_folder() {
+        assert_eq!(
+            case_name(Path::new("paper-cases/poroelastic-column/case.toml")),
+            "poroelastic-column"
+        );
+        assert_eq!(case_name(Path::new("slope.toml")), "slope");
+        assert_eq!(case_name(Path::new("case.toml")), "case");
+    }
+}

@@ -1,0 +1,532 @@
+//! What a case file may say: plain data, no behaviour.
+//!
+//! The doc comments here are the reference page of the book and the descriptions of the JSON schema. SI units; the axes
+//! are x in 1-D, x and y in 2-D, x, y and z in 3-D; the last axis is up. Whether the numbers make sense together is
+//! checked by [`CaseSource::validate`](crate::CaseSource::validate).
+
+use std::collections::BTreeMap;
+use std::fmt;
+
+use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
+use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
+
+/// A case: the ground, its water, what is done to it, and what is written down.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Case {
+    /// A line for people; it heads the figures.
+    pub title: String,
+    /// Dimension of space: 1 (uniaxial strain), 2 (plane strain) or 3.
+    #[schemars(range(min = 1, max = 3))]
+    pub dimension: usize,
+    /// Acceleration of gravity (m/s²), one number per axis: `[0.0, -9.81]`. Without it there is no gravity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1, max = 3))]
+    pub gravity: Option<Vec<f64>>,
+    /// The background grid.
+    pub grid: Grid,
+    /// How long, and in what steps.
+    pub time: Time,
+    /// Which variant of the method.
+    #[serde(default)]
+    pub method: Method,
+    /// The pore water. Without it the ground is dry.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub fluid: Option<Fluid>,
+    /// The materials, each under a name of your choice: `[materials.soil]`.
+    #[schemars(extend("minProperties" = 1))]
+    pub materials: BTreeMap<String, Material>,
+    /// The bodies of ground, filled with material points: one `[[bodies]]` each.
+    #[schemars(length(min = 1))]
+    pub bodies: Vec<Body>,
+    /// Rollers and fixities: one `[[supports]]` each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub supports: Vec<Support>,
+    /// Tractions on the surfaces of bodies: one `[[loads]]` each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub loads: Vec<Load>,
+    /// Surfaces through which water leaves freely: one `[[drainage]]` each. All others are impervious.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub drainage: Vec<Drainage>,
+    /// Points whose histories are recorded: one `[[probes]]` each.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub probes: Vec<Probe>,
+    /// What is written, and how often.
+    pub output: Output,
+}
+
+/// The background grid: equal cells, axis by axis.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Grid {
+    /// The lower corner (m), one number per axis.
+    #[schemars(length(min = 1, max = 3))]
+    pub origin: Vec<f64>,
+    /// Side lengths of a cell (m), one number per axis.
+    #[schemars(length(min = 1, max = 3), extend("items" = { "type": "number", "exclusiveMinimum": 0 }))]
+    pub spacing: Vec<f64>,
+    /// Number of cells, one number per axis.
+    #[schemars(length(min = 1, max = 3), inner(range(min = 1)))]
+    pub cells: Vec<usize>,
+}
+
+/// How long, and in what steps.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Time {
+    /// When the run ends (s); it begins at 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub end: f64,
+    /// The time step (s), or `"auto"` for the largest stable one times `safety`.
+    pub step: Step,
+    /// With `step = "auto"`: the fraction of the largest stable step that is taken, in (0, 1].
+    #[serde(default = "default_safety")]
+    #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
+    pub safety: f64,
+}
+
+/// A time step.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum Step {
+    /// The largest stable step times the safety factor, found anew as the run goes on.
+    Auto,
+    /// Always this long (s).
+    Seconds(f64),
+}
+
+/// Which variant of the method.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Method {
+    /// Shape function of the grid.
+    pub shape: String,
+    /// How particle velocities follow the grid: `"mpm1"` by the nodal acceleration, `"mpm2"` by the nodal velocity.
+    pub velocity_update: String,
+    /// Where the volume and storage of a pressure cell are taken from.
+    pub pressure_quadrature: PressureQuadrature,
+    /// The Newmark parameters of the coupled solution.
+    pub newmark: Newmark,
+    /// Whether the acceleration of the mixture enters Darcy's law.
+    pub fluid_inertia: bool,
+}
+
+/// Where the volume and storage of a pressure cell are taken from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum PressureQuadrature {
+    /// The whole cell, as in the paper.
+    #[default]
+    Cell,
+    /// The material points in the cell: better where a surface moves through cells.
+    MaterialPoints,
+}
+
+/// The Newmark parameters of the coupled solution.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Newmark {
+    /// Weight of the new acceleration in the displacement, in [0, 0.5].
+    #[schemars(range(min = 0, max = 0.5))]
+    pub beta: f64,
+    /// Weight of the new acceleration in the velocity; only 1 is supported.
+    #[schemars(range(min = 1, max = 1))]
+    pub gamma: f64,
+}
+
+/// The pore water.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Fluid {
+    /// Density ρ^f (kg/m³); water: 1000.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub density: f64,
+    /// Bulk modulus K^f (Pa); water: 2.2e9.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub bulk_modulus: f64,
+    /// Unit weight γ_w (N/m³), which turns conductivity into Darcy's law; water: 9800.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub unit_weight: f64,
+}
+
+/// A kind of ground.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Material {
+    /// The constitutive law of the effective stress; `tsutsumi laws` lists them.
+    pub law: String,
+    /// The parameters of the law; `tsutsumi laws` tells which. Empty by default.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub parameters: toml::Table,
+    /// Density of the mixture, soil and water together (kg/m³).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub density: f64,
+    /// Porosity n, the volume of the pores over the whole, in (0, 1). Required if there is a `[fluid]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub porosity: Option<f64>,
+    /// Hydraulic conductivity k (m/s). Required if there is a `[fluid]`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub conductivity: Option<f64>,
+}
+
+/// A body of ground, filled with material points.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Body {
+    /// What loads and drainage call it. By default the name of its material.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1))]
+    pub name: Option<String>,
+    /// The name of its material.
+    pub material: String,
+    /// The region it fills at the start.
+    pub shape: BodyShape,
+    /// Material points per grid cell, one number per axis: `[2, 2]`.
+    #[schemars(length(min = 1, max = 3), inner(range(min = 1)))]
+    pub particles_per_cell: Vec<usize>,
+    /// Its state at the start: by default at rest, without stress and without water pressure.
+    #[serde(default, skip_serializing_if = "Initial::is_default")]
+    pub initial: Initial,
+}
+
+impl Body {
+    /// What loads and drainage call the body: its own name, or that of its material.
+    pub fn name(&self) -> &str {
+        self.name.as_deref().unwrap_or(&self.material)
+    }
+}
+
+/// The region that a body fills at the start.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+pub enum BodyShape {
+    /// A box along the axes: `{ box = { min = [0.0, 0.0], max = [1.0, 10.0] } }`.
+    Box(BoxShape),
+}
+
+/// A box along the axes.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BoxShape {
+    /// The lower corner (m), one number per axis.
+    #[schemars(length(min = 1, max = 3))]
+    pub min: Vec<f64>,
+    /// The upper corner (m), one number per axis.
+    #[schemars(length(min = 1, max = 3))]
+    pub max: Vec<f64>,
+}
+
+/// The state of a body at the start.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Initial {
+    /// Velocity (m/s), one number per axis. At rest by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1, max = 3))]
+    pub velocity: Option<Vec<f64>>,
+    /// Level of the water table (m, on the last axis): hydrostatic pressure below, none above. No pressure by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub water_table: Option<f64>,
+    /// Stress from the weight of the ground. None by default.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub geostatic: Option<Geostatic>,
+}
+
+impl Initial {
+    fn is_default(&self) -> bool {
+        *self == Self::default()
+    }
+}
+
+/// Stress from the weight of the ground.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Geostatic {
+    /// Level of the ground surface (m, on the last axis), where the stress is zero.
+    pub surface: f64,
+    /// Coefficient of earth pressure at rest: horizontal over vertical effective stress.
+    #[schemars(range(min = 0))]
+    pub k0: f64,
+}
+
+/// A roller or fixity: some components of the velocity are zero on a face of the grid or in a region.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["face"] }, { "required": ["region"] }]))]
+pub struct Support {
+    /// A face of the grid. Give this or `region`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub face: Option<Face>,
+    /// The nodes in a box. Give this or `face`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub region: Option<BoxShape>,
+    /// The axes along which nothing moves: `["x"]` on a vertical face is a roller.
+    #[schemars(length(min = 1))]
+    pub fix: Vec<Axis>,
+}
+
+/// A face of the grid, or the side of a body that looks the same way.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Face {
+    /// Where x is least.
+    XMin,
+    /// Where x is greatest.
+    XMax,
+    /// Where y is least: the base in 2-D.
+    YMin,
+    /// Where y is greatest: the top in 2-D.
+    YMax,
+    /// Where z is least: the base in 3-D.
+    ZMin,
+    /// Where z is greatest: the top in 3-D.
+    ZMax,
+}
+
+impl Face {
+    /// All faces, in the order of the axes.
+    pub const ALL: [Self; 6] = [Self::XMin, Self::XMax, Self::YMin, Self::YMax, Self::ZMin, Self::ZMax];
+
+    /// The axis the face is normal to.
+    pub fn axis(self) -> Axis {
+        match self {
+            Self::XMin | Self::XMax => Axis::X,
+            Self::YMin | Self::YMax => Axis::Y,
+            Self::ZMin | Self::ZMax => Axis::Z,
+        }
+    }
+
+    /// Whether the face lies where its coordinate is greatest.
+    pub fn is_max(self) -> bool {
+        matches!(self, Self::XMax | Self::YMax | Self::ZMax)
+    }
+
+    /// The word in the case file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::XMin => "x-min",
+            Self::XMax => "x-max",
+            Self::YMin => "y-min",
+            Self::YMax => "y-max",
+            Self::ZMin => "z-min",
+            Self::ZMax => "z-max",
+        }
+    }
+}
+
+/// An axis of space.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Axis {
+    /// The first axis; up in 1-D.
+    X,
+    /// The second axis; up in 2-D.
+    Y,
+    /// The third axis; up in 3-D.
+    Z,
+}
+
+impl Axis {
+    /// All axes, in order.
+    pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
+
+    /// Position in a vector, from 0.
+    pub fn index(self) -> usize {
+        match self {
+            Self::X => 0,
+            Self::Y => 1,
+            Self::Z => 2,
+        }
+    }
+
+    /// The word in the case file.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::X => "x",
+            Self::Y => "y",
+            Self::Z => "z",
+        }
+    }
+}
+
+/// A traction on the surface of a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Load {
+    /// The surface: `{ surface = "y-max", of = "soil" }`.
+    pub on: BodySurface,
+    /// Force per area (Pa), one number per axis; `[0.0, -50.0e3]` presses down in 2-D.
+    #[schemars(length(min = 1, max = 3))]
+    pub traction: Vec<f64>,
+    /// Factors on the traction over time, `[[time (s), factor], …]`: linear in between, constant before and after.
+    /// By default the full traction from the start.
+    #[serde(default = "default_history")]
+    #[schemars(length(min = 1))]
+    pub history: Vec<[f64; 2]>,
+    /// What carries the load.
+    #[serde(default)]
+    pub applied_to: AppliedTo,
+}
+
+/// What carries a load.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum AppliedTo {
+    /// The material points next to the surface, as in the paper.
+    #[default]
+    Particles,
+    /// The true surface, half a particle above them.
+    Surface,
+}
+
+/// A surface of a body.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct BodySurface {
+    /// Which way the surface looks.
+    pub surface: Face,
+    /// The name of the body.
+    pub of: String,
+}
+
+/// A surface through which water leaves freely.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Drainage {
+    /// The surface: `{ surface = "y-max", of = "soil" }`.
+    pub on: BodySurface,
+    /// Sides of the surface's cells that drain. By default the surface itself.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1))]
+    pub sides: Option<Vec<Face>>,
+}
+
+/// A point whose history is recorded. Give one of the two points, or both.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(extend("anyOf" = [{ "required": ["pressure_at"] }, { "required": ["displacement_at"] }]))]
+pub struct Probe {
+    /// Its name, which heads its columns in `history.csv`: no dots, commas or blanks.
+    #[schemars(regex(pattern = r"^[^.,\s]+$"))]
+    pub name: String,
+    /// Where the pore pressure is read (m): that of the cell which holds the point. The point stays in space.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1, max = 3))]
+    pub pressure_at: Option<Vec<f64>>,
+    /// Where the material point starts whose displacement and velocity are followed (m).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(length(min = 1, max = 3))]
+    pub displacement_at: Option<Vec<f64>>,
+}
+
+/// What is written, and how often.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Output {
+    /// Time between two rows of `history.csv` (s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub every: f64,
+    /// Time between two VTK files of the fields (s). By default as often as `every`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub fields_every: Option<f64>,
+    /// Whether figures are drawn at the end.
+    #[serde(default = "default_figures")]
+    pub figures: bool,
+}
+
+impl Output {
+    /// Time between two VTK files of the fields (s).
+    pub fn fields_every(&self) -> f64 {
+        self.fields_every.unwrap_or(self.every)
+    }
+}
+
+impl Default for Method {
+    fn default() -> Self {
+        Self {
+            shape: "linear".to_owned(),
+            velocity_update: "mpm1".to_owned(),
+            pressure_quadrature: PressureQuadrature::default(),
+            newmark: Newmark::default(),
+            fluid_inertia: true,
+        }
+    }
+}
+
+impl Default for Newmark {
+    fn default() -> Self {
+        Self { beta: 0.5, gamma: 1.0 }
+    }
+}
+
+fn default_safety() -> f64 {
+    0.9
+}
+
+fn default_history() -> Vec<[f64; 2]> {
+    vec![[0.0, 1.0]]
+}
+
+fn default_figures() -> bool {
+    true
+}
+
+impl Serialize for Step {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        match self {
+            Self::Auto => serializer.serialize_str("auto"),
+            Self::Seconds(seconds) => serializer.serialize_f64(*seconds),
+        }
+    }
+}
+
+impl<'de> Deserialize<'de> for Step {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(StepVisitor)
+    }
+}
+
+struct StepVisitor;
+
+impl de::Visitor<'_> for StepVisitor {
+    type Value = Step;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("a number of seconds or the word \"auto\"")
+    }
+
+    fn visit_f64<E: de::Error>(self, seconds: f64) -> Result<Step, E> {
+        Ok(Step::Seconds(seconds))
+    }
+
+    fn visit_i64<E: de::Error>(self, seconds: i64) -> Result<Step, E> {
+        Ok(Step::Seconds(seconds as f64))
+    }
+
+    fn visit_u64<E: de::Error>(self, seconds: u64) -> Result<Step, E> {
+        Ok(Step::Seconds(seconds as f64))
+    }
+
+    fn visit_str<E: de::Error>(self, word: &str) -> Result<Step, E> {
+        match word {
+            "auto" => Ok(Step::Auto),
+            _ => Err(E::invalid_value(de::Unexpected::Str(word), &self)),
+        }
+    }
+}
+
+impl JsonSchema for Step {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "Step".into()
+    }
+
+    fn json_schema(_: &mut SchemaGenerator) -> Schema {
+        json_schema!({
+            "description": "A number of seconds, or \"auto\".",
+            "oneOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "const": "auto" }]
+        })
+    }
+}

@@ -1,0 +1,205 @@
+//! A case in motion: the solver, and what is read off it.
+
+use tsutsumi::solver::Solver;
+use tsutsumi::tensor::Vector;
+
+use crate::{Body, BodyShape, Case};
+
+/// A solver with the readings that a case asks for.
+pub struct Simulation<const D: usize> {
+    solver: Solver<D>,
+    probes: Vec<ProbeAt<D>>,
+    /// The particles whose fall is the settlement.
+    top: Vec<usize>,
+    position: Vec<Vector<D>>,
+    /// Half heights of the top particles at the start (m).
+    top_half_height: Vec<f64>,
+    volume: f64,
+    water_stored: f64,
+    bulk_modulus: Option<f64>,
+}
+
+/// Where a probe reads.
+#[derive(Debug, Clone, PartialEq)]
+pub(crate) struct ProbeAt<const D: usize> {
+    pub(crate) name: String,
+    /// A fixed point (m).
+    pub(crate) pressure_at: Option<Vector<D>>,
+    /// A particle that is followed.
+    pub(crate) particle: Option<usize>,
+}
+
+/// The water and mass that a run must not lose.
+#[derive(Debug, Clone, Copy, PartialEq, serde::Serialize)]
+pub struct Balances {
+    /// Mass of all particles (kg; per metre in 2-D, per m² in 1-D).
+    pub mass: f64,
+    /// Volume that the ground has lost since the start (m³).
+    pub volume_lost: f64,
+    /// Volume of water drained since the start (m³).
+    pub outflow: f64,
+    /// Volume by which the pore water has been compressed since the start (m³).
+    pub water_compressed: f64,
+    /// What is missing: volume lost less outflow and compression (m³).
+    pub water_error: f64,
+}
+
+impl<const D: usize> Simulation<D> {
+    pub(crate) fn new(solver: Solver<D>, probes: Vec<ProbeAt<D>>, top: Vec<usize>, case: &Case) -> Self {
+        let particles = solver.particles();
+        let position = particles.position.clone();
+        let top_half_height = top.iter().map(|&p| particles.half_size[p][D - 1]).collect();
+        let volume = particles.volume.iter().sum();
+        let bulk_modulus = case.fluid.as_ref().map(|fluid| fluid.bulk_modulus);
+        let mut simulation = Simulation {
+            solver,
+            probes,
+            top,
+            position,
+            top_half_height,
+            volume,
+            water_stored: 0.0,
+            bulk_modulus,
+        };
+        simulation.water_stored = simulation.water_compressed_by_pressure();
+        simulation
+    }
+
+    /// The solver.
+    pub fn solver(&self) -> &Solver<D> {
+        &self.solver
+    }
+
+    /// The solver, to advance it.
+    pub fn solver_mut(&mut self) -> &mut Solver<D> {
+        &mut self.solver
+    }
+
+    /// The displacement of a particle since the start (m).
+    pub fn displacement(&self, particle: usize) -> Vector<D> {
+        self.solver.particles().position[particle] - self.position[particle]
+    }
+
+    /// The names of the readings, in the order of [`Simulation::readings`].
+    pub fn reading_names(&self) -> Vec<String> {
+        let axes = &["x", "y", "z"][..D];
+        let mut names = vec!["time".to_owned(), "step".to_owned()];
+        for probe in &self.probes {
+            if probe.pressure_at.is_some() {
+                names.push(format!("{}.pressure", probe.name));
+            }
+            if probe.particle.is_some() {
+                names.extend(axes.iter().map(|axis| format!("{}.displacement.{axis}", probe.name)));
+                names.extend(axes.iter().map(|axis| format!("{}.velocity.{axis}", probe.name)));
+            }
+        }
+        names.extend(
+            [
+                "settlement.particles",
+                "settlement.surface",
+                "energy.kinetic",
+                "energy.strain",
+                "outflow",
+            ]
+            .map(str::to_owned),
+        );
+        names
+    }
+
+    /// The readings now, in SI units. A pressure where there is no ground any more is NaN.
+    pub fn readings(&self) -> Vec<f64> {
+        let particles = self.solver.particles();
+        let mut row = vec![self.solver.time(), self.solver.steps() as f64];
+        for probe in &self.probes {
+            row.extend(probe.pressure_at.map(|point| self.pressure_at(&point)));
+            if let Some(p) = probe.particle {
+                row.extend(self.displacement(p).iter());
+                row.extend(particles.velocity[p].iter());
+            }
+        }
+        row.push(self.settlement_of_particles());
+        row.push(self.settlement_of_surface());
+        row.push(particles.kinetic_energy());
+        row.push(self.solver.strain_energy());
+        row.push(self.solver.outflow());
+        row
+    }
+
+    /// The pressure of the cell that holds a point (Pa): that of the cell's centre.
+    pub fn pressure_at(&self, point: &Vector<D>) -> f64 {
+        let cell = self.solver.grid().cell_at(point);
+        let active = cell.filter(|&cell| self.solver.active().slot(cell).is_some());
+        active.map_or(f64::NAN, |cell| self.solver.cells().pressure[cell])
+    }
+
+    /// The largest pressure of an active cell (Pa); 0 in dry ground.
+    pub fn largest_pressure(&self) -> f64 {
+        let pressure = &self.solver.cells().pressure;
+        self.solver
+            .active()
+            .cells()
+            .iter()
+            .map(|&cell| pressure[cell as usize])
+            .fold(0.0, f64::max)
+    }
+
+    /// The mean fall of the top particles (m): the paper's displacement of a mass.
+    pub fn settlement_of_particles(&self) -> f64 {
+        let fall: f64 = self.top.iter().map(|&p| -self.displacement(p)[D - 1]).sum();
+        fall / self.top.len() as f64
+    }
+
+    /// The mean fall of the top particles' upper faces (m): the settlement of the true surface.
+    pub fn settlement_of_surface(&self) -> f64 {
+        let half_size = &self.solver.particles().half_size;
+        let thinned: f64 = self
+            .top
+            .iter()
+            .zip(&self.top_half_height)
+            .map(|(&p, old)| old - half_size[p][D - 1])
+            .sum();
+        self.settlement_of_particles() + thinned / self.top.len() as f64
+    }
+
+    /// What must balance.
+    pub fn balances(&self) -> Balances {
+        let particles = self.solver.particles();
+        let volume_lost = self.volume - particles.volume.iter().sum::<f64>();
+        let outflow = self.solver.outflow();
+        let water_compressed = self.water_compressed_by_pressure() - self.water_stored;
+        let mass = particles.mass.iter().sum();
+        Balances {
+            mass,
+            volume_lost,
+            outflow,
+            water_compressed,
+            water_error: volume_lost - outflow - water_compressed,
+        }
+    }
+
+    /// Σ n V p_w / K^f (m³).
+    fn water_compressed_by_pressure(&self) -> f64 {
+        let particles = self.solver.particles();
+        let Some(bulk_modulus) = self.bulk_modulus else {
+            return 0.0;
+        };
+        let compressed = |p: usize| particles.porosity[p] * particles.volume[p] * particles.pressure[p];
+        (0..particles.len()).map(compressed).sum::<f64>() / bulk_modulus
+    }
+}
+
+/// The edges of the bodies at the start, seen along the axes `across` and `up` (m).
+pub(crate) fn outlines(bodies: &[Body], across: usize, up: usize) -> Vec<[[f64; 2]; 2]> {
+    let corners = |body: &Body| {
+        let BodyShape::Box(shape) = &body.shape;
+        let (x0, x1) = (shape.min[across], shape.max[across]);
+        let (y0, y1) = (shape.min[up], shape.max[up]);
+        [
+            [[x0, y0], [x1, y0]],
+            [[x1, y0], [x1, y1]],
+            [[x1, y1], [x0, y1]],
+            [[x0, y1], [x0, y0]],
+        ]
+    };
+    bodies.iter().flat_map(corners).collect()
+}
