@@ -34,45 +34,19 @@ pub fn build<const D: usize>(
         let body = fill_body(source, case, &grid, gravity, index, &mut particles)?;
         let stresses = &particles.stress[body.particles.clone()];
         let material = &case.bodies[index].material;
-        let request = MaterialRequest {
-            source,
-            material,
-            particles: body.particles.clone(),
-            stresses,
-        };
+        let request = MaterialRequest { source, material, particles: body.particles.clone(), stresses };
         groups.push(registry.group(&case.materials[material].law, &request)?);
         bodies.push(body);
     }
     drain(case, &bodies, &mut particles);
     let method = KeyPath::root().key("method");
-    let shape = choose(
-        source,
-        method.clone().key("shape"),
-        "shape function",
-        &case.method.shape,
-        shapes(),
-    )?;
+    let shape = choose(source, method.clone().key("shape"), "shape function", &case.method.shape, shapes())?;
     let name = &case.method.velocity_update;
-    let velocity_update = choose(
-        source,
-        method.key("velocity_update"),
-        "velocity update",
-        name,
-        velocity_updates(),
-    )?;
+    let velocity_update = choose(source, method.key("velocity_update"), "velocity update", name, velocity_updates())?;
     let boundary = build_boundary(case, &grid, &bodies);
     let pressure = build_pressure(case);
     let (probes, top) = (find_probes(case, &particles), find_top(case, &bodies));
-    let parts = Parts {
-        grid,
-        particles,
-        groups,
-        boundary,
-        gravity,
-        shape,
-        velocity_update,
-        pressure,
-    };
+    let parts = Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure };
     let solver = Solver::new(parts).map_err(|error| source.invalid("bodies", error.to_string(), ""))?;
     Ok(Simulation::new(solver, probes, top, case))
 }
@@ -90,17 +64,12 @@ impl<const D: usize> Lattice<D> {
     fn layer(&self, side: Side) -> impl Iterator<Item = usize> + '_ {
         let stride: usize = self.counts[..side.axis].iter().product();
         let wanted = if side.upper { self.counts[side.axis] - 1 } else { 0 };
-        self.particles
-            .clone()
-            .filter(move |p| (p - self.particles.start) / stride % self.counts[side.axis] == wanted)
+        self.particles.clone().filter(move |p| (p - self.particles.start) / stride % self.counts[side.axis] == wanted)
     }
 
     /// The part of a side that one particle stands for (m²; m in 2-D, 1 in 1-D).
     fn side_area(&self, side: Side) -> f64 {
-        (0..D)
-            .filter(|&axis| axis != side.axis)
-            .map(|axis| self.size[axis])
-            .product()
+        (0..D).filter(|&axis| axis != side.axis).map(|axis| self.size[axis]).product()
     }
 }
 
@@ -130,9 +99,7 @@ fn fill_body<const D: usize>(
     let (lower, upper): (Vector<D>, Vector<D>) = (vector(min), vector(max));
     let wish = Vector::<D>::from_fn(|axis, _| {
         let per_cell = body.particles_per_cell.get(axis).copied().unwrap_or(1) as f64;
-        ((upper[axis] - lower[axis]) / grid.spacing()[axis] * per_cell)
-            .round()
-            .max(1.0)
+        ((upper[axis] - lower[axis]) / grid.spacing()[axis] * per_cell).round().max(1.0)
     });
     let total = particles.len() as f64 + wish.product();
     if total > MAX_PARTICLES {
@@ -164,12 +131,7 @@ fn fill_body<const D: usize>(
             conductivity: material.conductivity.unwrap_or(0.0),
         });
     }
-    Ok(Lattice {
-        name: body.name().to_owned(),
-        particles: start..particles.len(),
-        counts,
-        size,
-    })
+    Ok(Lattice { name: body.name().to_owned(), particles: start..particles.len(), counts, size })
 }
 
 /// The state of a body at the start, by level.
@@ -198,21 +160,14 @@ impl<const D: usize> InitialState<D> {
         let density = case.materials[&case.bodies[index].material].density;
         Ok(InitialState {
             velocity: initial.velocity.as_deref().map_or_else(Vector::zeros, vector),
-            water: initial
-                .water_table
-                .zip(fluid_density)
-                .map(|(level, density)| (level, density * downwards)),
-            ground: initial
-                .geostatic
-                .as_ref()
-                .map(|state| (state.surface, density * downwards, state.k0)),
+            water: initial.water_table.zip(fluid_density).map(|(level, density)| (level, density * downwards)),
+            ground: initial.geostatic.as_ref().map(|state| (state.surface, density * downwards, state.k0)),
         })
     }
 
     /// Hydrostatic below the water table, none above (Pa).
     fn pressure(&self, level: f64) -> f64 {
-        self.water
-            .map_or(0.0, |(table, weight)| weight * (table - level).max(0.0))
+        self.water.map_or(0.0, |(table, weight)| weight * (table - level).max(0.0))
     }
 
     /// Total weight above less the water's pressure, vertically; k0 times that horizontally (Pa).
@@ -231,10 +186,7 @@ impl<const D: usize> InitialState<D> {
 }
 
 fn side(face: Face) -> Side {
-    Side {
-        axis: face.axis() as usize,
-        upper: face.is_max(),
-    }
+    Side { axis: face.axis() as usize, upper: face.is_max() }
 }
 
 fn named<'a, const D: usize>(bodies: &'a [Lattice<D>], name: &'a str) -> impl Iterator<Item = &'a Lattice<D>> {
@@ -245,10 +197,7 @@ fn named<'a, const D: usize>(bodies: &'a [Lattice<D>], name: &'a str) -> impl It
 fn drain<const D: usize>(case: &Case, bodies: &[Lattice<D>], particles: &mut Particles<D>) {
     for drainage in &case.drainage {
         let mut sides = SideSet::EMPTY;
-        let faces = drainage
-            .sides
-            .as_deref()
-            .unwrap_or(std::slice::from_ref(&drainage.on.surface));
+        let faces = drainage.sides.as_deref().unwrap_or(std::slice::from_ref(&drainage.on.surface));
         faces.iter().for_each(|&face| sides.insert(side(face)));
         for body in named(bodies, &drainage.on.of) {
             for p in body.layer(side(drainage.on.surface)) {
@@ -270,9 +219,8 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
             // A node on the border of the region counts, whatever the last bit says.
             let slack = grid.spacing() * 1e-9;
             let (lower, upper): (Vector<D>, Vector<D>) = (vector(min) - slack, vector(max) + slack);
-            boundary.fix(grid, axes, |position| {
-                (0..D).all(|axis| (lower[axis]..=upper[axis]).contains(&position[axis]))
-            });
+            boundary
+                .fix(grid, axes, |position| (0..D).all(|axis| (lower[axis]..=upper[axis]).contains(&position[axis])));
         }
     }
     for load in &case.loads {
@@ -285,22 +233,14 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
             crate::AppliedTo::Particles => AppliedTo::Particles,
             crate::AppliedTo::Surface => AppliedTo::Surface(on),
         };
-        boundary.push_load(Load {
-            forces,
-            history: History::new(load.history.clone()),
-            applied_to,
-        });
+        boundary.push_load(Load { forces, history: History::new(load.history.clone()), applied_to });
     }
     boundary
 }
 
 fn build_pressure<const D: usize>(case: &Case) -> Box<dyn PressureScheme<D>> {
     let Some(fluid) = &case.fluid else { return Box::new(Dry) };
-    let fluid = Fluid {
-        density: fluid.density,
-        bulk_modulus: fluid.bulk_modulus,
-        unit_weight: fluid.unit_weight,
-    };
+    let fluid = Fluid { density: fluid.density, bulk_modulus: fluid.bulk_modulus, unit_weight: fluid.unit_weight };
     let quadrature = match case.method.pressure_quadrature {
         PressureQuadrature::Cell => Quadrature::Cell,
         PressureQuadrature::MaterialPoints => Quadrature::MaterialPoints,
@@ -324,14 +264,10 @@ fn find_probes<const D: usize>(case: &Case, particles: &Particles<D>) -> Vec<Pro
 
 /// The particles whose fall is the settlement: the loaded ones on upper surfaces, else the tops of the bodies.
 fn find_top<const D: usize>(case: &Case, bodies: &[Lattice<D>]) -> Vec<usize> {
-    let up = Side {
-        axis: D - 1,
-        upper: true,
-    };
+    let up = Side { axis: D - 1, upper: true };
     let loaded = case.loads.iter().filter(|load| side(load.on.surface) == up);
-    let mut top: Vec<usize> = loaded
-        .flat_map(|load| named(bodies, &load.on.of).flat_map(|body| body.layer(up)))
-        .collect();
+    let mut top: Vec<usize> =
+        loaded.flat_map(|load| named(bodies, &load.on.of).flat_map(|body| body.layer(up))).collect();
     if top.is_empty() {
         top = bodies.iter().flat_map(|body| body.layer(up)).collect();
     }

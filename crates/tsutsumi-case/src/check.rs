@@ -165,24 +165,12 @@ impl fmt::Display for CheckReport {
         line(f, "step", self.step, "s")?;
         writeln!(f, "  {:<34} {}", "steps", self.steps)?;
         if self.unstable {
-            writeln!(
-                f,
-                "  the step is longer than the limit: it runs only with --allow-unstable"
-            )?;
+            writeln!(f, "  the step is longer than the limit: it runs only with --allow-unstable")?;
         }
         writeln!(f, "\nsize")?;
-        writeln!(
-            f,
-            "  {:<34} {} ({} with particles)",
-            "cells", self.cells[0], self.cells[1]
-        )?;
+        writeln!(f, "  {:<34} {} ({} with particles)", "cells", self.cells[0], self.cells[1])?;
         writeln!(f, "  {:<34} {}", "particles", self.particles)?;
-        write!(
-            f,
-            "  {:<34} {:.3} MiB",
-            "memory",
-            self.memory as f64 / (1024.0 * 1024.0)
-        )
+        write!(f, "  {:<34} {:.3} MiB", "memory", self.memory as f64 / (1024.0 * 1024.0))
     }
 }
 

@@ -64,44 +64,32 @@ impl std::error::Error for Fault {}
 
 impl de::Error for Fault {
     fn custom<T: fmt::Display>(message: T) -> Self {
-        Self::new(FaultKind::Other {
-            message: message.to_string(),
-        })
+        Self::new(FaultKind::Other { message: message.to_string() })
     }
 
     fn invalid_type(_: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        Self::new(FaultKind::WrongType {
-            expected: plain_words(&expected.to_string()),
-        })
+        Self::new(FaultKind::WrongType { expected: plain_words(&expected.to_string()) })
     }
 
     fn invalid_value(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Self {
         match unexpected {
-            Unexpected::Signed(value) if value < 0 => Self::new(FaultKind::WrongType {
-                expected: "a whole number, 0 or more".to_owned(),
-            }),
+            Unexpected::Signed(value) if value < 0 => {
+                Self::new(FaultKind::WrongType { expected: "a whole number, 0 or more".to_owned() })
+            }
             _ => Self::invalid_type(unexpected, expected),
         }
     }
 
     fn invalid_length(_: usize, expected: &dyn Expected) -> Self {
-        Self::new(FaultKind::WrongType {
-            expected: plain_words(&expected.to_string()),
-        })
+        Self::new(FaultKind::WrongType { expected: plain_words(&expected.to_string()) })
     }
 
     fn unknown_variant(name: &str, known: &'static [&'static str]) -> Self {
-        Self::new(FaultKind::UnknownName {
-            name: name.to_owned(),
-            known: owned(known),
-        })
+        Self::new(FaultKind::UnknownName { name: name.to_owned(), known: owned(known) })
     }
 
     fn unknown_field(name: &str, known: &'static [&'static str]) -> Self {
-        Self::new(FaultKind::UnknownKey {
-            name: name.to_owned(),
-            known: owned(known),
-        })
+        Self::new(FaultKind::UnknownKey { name: name.to_owned(), known: owned(known) })
     }
 
     fn missing_field(name: &'static str) -> Self {
@@ -133,11 +121,7 @@ fn plain_words(expected: &str) -> String {
 pub(crate) fn deserialize<T: de::DeserializeOwned>(value: &Tree, path: &KeyPath) -> Result<T, Vec<Fault>> {
     let faults = RefCell::new(Vec::new());
     let trail = Trail::Start(path);
-    let outcome = T::deserialize(Node {
-        value: &value.value,
-        trail: &trail,
-        faults: &faults,
-    });
+    let outcome = T::deserialize(Node { value: &value.value, trail: &trail, faults: &faults });
     let mut faults = faults.into_inner();
     match outcome {
         Ok(value) if faults.is_empty() => Ok(value),
@@ -194,13 +178,9 @@ impl<'de> Node<'_, 'de> {
         match self.value {
             Value::String(text) => visitor.visit_borrowed_str(text),
             Value::Integer(Some(number)) => visitor.visit_i64(*number),
-            Value::Integer(None) => Err(de::Error::custom(
-                "is a whole number beyond 64 bits: write a decimal point",
-            )),
+            Value::Integer(None) => Err(de::Error::custom("is a whole number beyond 64 bits: write a decimal point")),
             Value::Float(Some(number)) => visitor.visit_f64(*number),
-            Value::Float(None) => Err(de::Error::custom(
-                "is a number beyond the range of 64-bit floating point",
-            )),
+            Value::Float(None) => Err(de::Error::custom("is a number beyond the range of 64-bit floating point")),
             Value::Boolean(value) => visitor.visit_bool(*value),
             Value::Date => Err(de::Error::invalid_type(Unexpected::Other("date"), &visitor)),
             Value::Array(array) => self.visit_array(array, visitor),
@@ -209,18 +189,13 @@ impl<'de> Node<'_, 'de> {
     }
 
     fn visit_array<V: Visitor<'de>>(self, array: &'de [Tree], visitor: V) -> Result<V::Value, Fault> {
-        let mut elements = Elements {
-            node: self,
-            values: array.iter().enumerate(),
-        };
+        let mut elements = Elements { node: self, values: array.iter().enumerate() };
         let value = visitor.visit_seq(&mut elements)?;
         match elements.values.len() {
             0 => Ok(value),
-            excess => Err(de::Error::custom(format!(
-                "must have {} elements, not {}",
-                array.len() - excess,
-                array.len()
-            ))),
+            excess => {
+                Err(de::Error::custom(format!("must have {} elements, not {}", array.len() - excess, array.len())))
+            }
         }
     }
 
@@ -238,8 +213,7 @@ impl<'t, 'de> Deserializer<'de> for Node<'t, 'de> {
     type Error = Fault;
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
-        self.visit(visitor)
-            .map_err(|fault| fault.placed(self.trail, Part::Value))
+        self.visit(visitor).map_err(|fault| fault.placed(self.trail, Part::Value))
     }
 
     fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Fault> {
@@ -257,16 +231,13 @@ impl<'t, 'de> Deserializer<'de> for Node<'t, 'de> {
         visitor: V,
     ) -> Result<V::Value, Fault> {
         let Value::Table(table) = self.value else {
-            return Err(Fault::new(FaultKind::WrongType {
-                expected: "a table".to_owned(),
-            })
-            .placed(self.trail, Part::Value));
+            return Err(
+                Fault::new(FaultKind::WrongType { expected: "a table".to_owned() }).placed(self.trail, Part::Value)
+            );
         };
         self.report_unknown_keys(table, known);
         let entries = Entries::new(self, table, Some(known));
-        visitor
-            .visit_map(entries)
-            .map_err(|fault| fault.placed(self.trail, Part::Value))
+        visitor.visit_map(entries).map_err(|fault| fault.placed(self.trail, Part::Value))
     }
 
     fn deserialize_enum<V: Visitor<'de>>(
@@ -276,25 +247,15 @@ impl<'t, 'de> Deserializer<'de> for Node<'t, 'de> {
         visitor: V,
     ) -> Result<V::Value, Fault> {
         let variant = match self.value {
-            Value::String(name) => Variant {
-                node: self,
-                name,
-                value: None,
-            },
+            Value::String(name) => Variant { node: self, name, value: None },
             Value::Table(table) if table.len() == 1 => match table.iter().next() {
-                Some((name, entry)) => Variant {
-                    node: self,
-                    name,
-                    value: Some(&entry.tree.value),
-                },
+                Some((name, entry)) => Variant { node: self, name, value: Some(&entry.tree.value) },
                 None => return Err(one_of(variants).placed(self.trail, Part::Value)),
             },
             Value::Table(_) => return Err(single_key(variants).placed(self.trail, Part::Value)),
             _ => return Err(one_of(variants).placed(self.trail, Part::Value)),
         };
-        visitor
-            .visit_enum(variant)
-            .map_err(|fault| fault.placed(self.trail, Part::Value))
+        visitor.visit_enum(variant).map_err(|fault| fault.placed(self.trail, Part::Value))
     }
 
     serde::forward_to_deserialize_any! {
@@ -335,14 +296,8 @@ impl<'de> de::SeqAccess<'de> for &mut Elements<'_, 'de> {
             return Ok(None);
         };
         let trail = Trail::Index(self.node.trail, index);
-        let node = Node {
-            value: &value.value,
-            trail: &trail,
-            faults: self.node.faults,
-        };
-        seed.deserialize(node)
-            .map(Some)
-            .map_err(|fault| fault.placed(&trail, Part::Value))
+        let node = Node { value: &value.value, trail: &trail, faults: self.node.faults };
+        seed.deserialize(node).map(Some).map_err(|fault| fault.placed(&trail, Part::Value))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -361,15 +316,9 @@ impl<'t, 'de> Entries<'t, 'de> {
     fn new(node: Node<'t, 'de>, table: &'de BTreeMap<String, Entry>, known: Option<&[&str]>) -> Self {
         let is_known = |name: &str| known.is_none_or(|known| known.contains(&name));
         let entries = table.iter().filter(|(name, _)| is_known(name));
-        let mut entries: Vec<_> = entries
-            .map(|(name, entry)| (name.as_str(), &entry.tree.value))
-            .collect();
+        let mut entries: Vec<_> = entries.map(|(name, entry)| (name.as_str(), &entry.tree.value)).collect();
         entries.reverse();
-        Self {
-            node,
-            entries,
-            value: None,
-        }
+        Self { node, entries, value: None }
     }
 }
 
@@ -383,9 +332,7 @@ impl<'de> de::MapAccess<'de> for Entries<'_, 'de> {
         self.value = Some((name, value));
         let trail = Trail::Key(self.node.trail, name);
         let name = de::value::BorrowedStrDeserializer::new(name);
-        seed.deserialize(name)
-            .map(Some)
-            .map_err(|fault: Fault| fault.placed(&trail, Part::Key))
+        seed.deserialize(name).map(Some).map_err(|fault: Fault| fault.placed(&trail, Part::Key))
     }
 
     fn next_value_seed<T: DeserializeSeed<'de>>(&mut self, seed: T) -> Result<T::Value, Fault> {
@@ -393,13 +340,8 @@ impl<'de> de::MapAccess<'de> for Entries<'_, 'de> {
             return Err(de::Error::custom("has a value without a key"));
         };
         let trail = Trail::Key(self.node.trail, name);
-        let node = Node {
-            value,
-            trail: &trail,
-            faults: self.node.faults,
-        };
-        seed.deserialize(node)
-            .map_err(|fault| fault.placed(&trail, Part::Value))
+        let node = Node { value, trail: &trail, faults: self.node.faults };
+        seed.deserialize(node).map_err(|fault| fault.placed(&trail, Part::Value))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -418,11 +360,7 @@ impl<'de> Variant<'_, 'de> {
     fn with_value<T>(self, read: impl FnOnce(Node<'_, 'de>) -> Result<T, Fault>) -> Result<T, Fault> {
         let trail = Trail::Key(self.node.trail, self.name);
         match self.value {
-            Some(value) => read(Node {
-                value,
-                trail: &trail,
-                faults: self.node.faults,
-            }),
+            Some(value) => read(Node { value, trail: &trail, faults: self.node.faults }),
             None => {
                 let expected = format!("a table with what belongs to it: {{ {} = … }}", self.name);
                 Err(Fault::new(FaultKind::WrongType { expected }).placed(self.node.trail, Part::Value))
@@ -442,9 +380,7 @@ impl<'t, 'de> de::EnumAccess<'de> for Variant<'t, 'de> {
             None => (self.node.trail, Part::Value),
         };
         let name = de::value::BorrowedStrDeserializer::new(self.name);
-        let variant = seed
-            .deserialize(name)
-            .map_err(|fault: Fault| fault.placed(trail, part))?;
+        let variant = seed.deserialize(name).map_err(|fault: Fault| fault.placed(trail, part))?;
         Ok((variant, self))
     }
 }
@@ -455,9 +391,7 @@ impl<'de> de::VariantAccess<'de> for Variant<'_, 'de> {
     fn unit_variant(self) -> Result<(), Fault> {
         match self.value {
             None => Ok(()),
-            Some(_) => Err(Fault::new(FaultKind::WrongType {
-                expected: format!("the word {:?}", self.name),
-            })),
+            Some(_) => Err(Fault::new(FaultKind::WrongType { expected: format!("the word {:?}", self.name) })),
         }
     }
 

@@ -171,11 +171,8 @@ impl CaseError {
         let Self::Content(problems) = self else {
             return self.render_file_error(&renderer);
         };
-        let mut blocks: Vec<_> = problems
-            .iter()
-            .take(SHOWN_PROBLEMS)
-            .map(|problem| problem.render(&renderer))
-            .collect();
+        let mut blocks: Vec<_> =
+            problems.iter().take(SHOWN_PROBLEMS).map(|problem| problem.render(&renderer)).collect();
         if let Some(last) = count_line(problems) {
             blocks.push(renderer.render(&[Group::with_title(Level::ERROR.primary_title(last))]));
         }
@@ -196,10 +193,7 @@ impl CaseError {
     fn file_help(&self) -> Option<String> {
         let help = match self {
             Self::Missing { path } if path.is_relative() => match std::env::current_dir() {
-                Ok(folder) => format!(
-                    "the path is taken from the folder `{}`",
-                    printable(&folder.to_string_lossy())
-                ),
+                Ok(folder) => format!("the path is taken from the folder `{}`", printable(&folder.to_string_lossy())),
                 Err(_) => return None,
             },
             Self::Folder { path } => format!("give the file in it, such as `{}`", path.join("case.toml").display()),
@@ -271,10 +265,7 @@ impl Location {
         let before = &self.text[..start];
         let line_start = before.rfind('\n').map_or(0, |at| at + 1);
         let line = before.bytes().filter(|&byte| byte == b'\n').count() + 1;
-        Some((
-            line,
-            before[line_start..].chars().filter(|&c| c != '\u{feff}').count() + 1,
-        ))
+        Some((line, before[line_start..].chars().filter(|&c| c != '\u{feff}').count() + 1))
     }
 
     fn start(&self) -> usize {
@@ -300,13 +291,7 @@ impl Location {
         let Some((excerpt, (line, column))) = self.excerpt().zip(self.line_and_column()) else {
             return rendered;
         };
-        let shown = excerpt
-            .line
-            .get(..excerpt.span.start)
-            .unwrap_or_default()
-            .chars()
-            .count()
-            + 1;
+        let shown = excerpt.line.get(..excerpt.span.start).unwrap_or_default().chars().count() + 1;
         match shown == column || self.is_override {
             true => rendered,
             false => rendered.replacen(&format!(":{line}:{shown}"), &format!(":{line}:{column}"), 1),
@@ -330,23 +315,13 @@ impl Location {
 fn cut(line: &str, span: Range<usize>) -> Excerpt {
     let line_without_mark = line.strip_prefix('\u{feff}').unwrap_or(line);
     let mark = line.len() - line_without_mark.len();
-    let (line, span) = (
-        line_without_mark,
-        span.start.saturating_sub(mark)..span.end.saturating_sub(mark),
-    );
+    let (line, span) = (line_without_mark, span.start.saturating_sub(mark)..span.end.saturating_sub(mark));
     if line.chars().take(SHOWN_COLUMNS + 1).count() <= SHOWN_COLUMNS {
-        return Excerpt {
-            line: line.to_owned(),
-            span,
-        };
+        return Excerpt { line: line.to_owned(), span };
     }
     let (before, place, after) = (&line[..span.start], &line[span.clone()], &line[span.end..]);
     let place = first_characters(place, SHOWN_COLUMNS / 2);
-    let after = if place.len() < span.len() {
-        &line[span.start + place.len()..]
-    } else {
-        after
-    };
+    let after = if place.len() < span.len() { &line[span.start + place.len()..] } else { after };
     let room = SHOWN_COLUMNS.saturating_sub(place.chars().count());
     let kept_before = last_characters(before, room / 2);
     let kept_after = first_characters(after, room - kept_before.chars().count());
@@ -357,10 +332,7 @@ fn cut(line: &str, span: Range<usize>) -> Excerpt {
     let opening = if kept_before.len() < before.len() { "… " } else { "" };
     let closing = if kept_after.len() < after.len() { " …" } else { "" };
     let start = opening.len() + kept_before.len();
-    Excerpt {
-        line: format!("{opening}{kept_before}{place}{kept_after}{closing}"),
-        span: start..start + place.len(),
-    }
+    Excerpt { line: format!("{opening}{kept_before}{place}{kept_after}{closing}"), span: start..start + place.len() }
 }
 
 fn first_characters(text: &str, count: usize) -> &str {
@@ -370,11 +342,7 @@ fn first_characters(text: &str, count: usize) -> &str {
 fn last_characters(text: &str, count: usize) -> &str {
     match count {
         0 => "",
-        _ => text
-            .char_indices()
-            .rev()
-            .nth(count - 1)
-            .map_or(text, |(at, _)| &text[at..]),
+        _ => text.char_indices().rev().nth(count - 1).map_or(text, |(at, _)| &text[at..]),
     }
 }
 
@@ -403,9 +371,7 @@ pub(crate) fn quoted(text: &str) -> String {
 /// The known name that was most likely meant, if one is near enough.
 pub fn did_you_mean<'a>(name: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let name = plain(first_characters(name, 2 * QUOTED_CHARACTERS));
-    let scored = known
-        .into_iter()
-        .map(|candidate| (likeness(&name, &plain(candidate)), candidate));
+    let scored = known.into_iter().map(|candidate| (likeness(&name, &plain(candidate)), candidate));
     let best = scored.max_by(|(left, _), (right, _)| left.total_cmp(right));
     best.filter(|&(score, _)| score >= 0.6).map(|(_, candidate)| candidate)
 }
@@ -417,11 +383,7 @@ fn plain(name: &str) -> String {
 /// 1 for the same, 0 for nothing in common; a whole word within a longer name counts as near.
 fn likeness(name: &str, candidate: &str) -> f64 {
     let edits = strsim::normalized_damerau_levenshtein(name, candidate);
-    let (short, long) = if name.len() < candidate.len() {
-        (name, candidate)
-    } else {
-        (candidate, name)
-    };
+    let (short, long) = if name.len() < candidate.len() { (name, candidate) } else { (candidate, name) };
     let is_part = short.len() >= 3 && (long.starts_with(short) || long.ends_with(short));
     if is_part { edits.max(0.7) } else { edits }
 }

@@ -13,21 +13,14 @@ use crate::schema::Case;
 pub fn case_schema(laws: &[(&str, Value)], shapes: &[&str], velocity_updates: &[&str]) -> Value {
     let mut schema = BARE_SCHEMA.clone();
     let mut definitions = Map::new();
-    let conditions: Vec<_> = laws
-        .iter()
-        .map(|(name, law)| law_condition(name, law, &mut definitions))
-        .collect();
+    let conditions: Vec<_> = laws.iter().map(|(name, law)| law_condition(name, law, &mut definitions)).collect();
     if let Some(material) = schema.pointer_mut("/$defs/Material").and_then(Value::as_object_mut) {
         material.insert("allOf".to_owned(), conditions.into());
     }
     let law_names: Vec<_> = laws.iter().map(|(name, _)| *name).collect();
     restrict(&mut schema, "/$defs/Material/properties/law", &law_names);
     restrict(&mut schema, "/$defs/Method/properties/shape", shapes);
-    restrict(
-        &mut schema,
-        "/$defs/Method/properties/velocity_update",
-        velocity_updates,
-    );
+    restrict(&mut schema, "/$defs/Method/properties/velocity_update", velocity_updates);
     if let Some(all) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         all.append(&mut definitions);
     }
@@ -42,17 +35,10 @@ fn law_condition(name: &str, law: &Value, definitions: &mut Map<String, Value>) 
     if let Some(object) = law.as_object_mut() {
         object.remove("$schema");
         if let Some(Value::Object(inner)) = object.remove("$defs") {
-            definitions.extend(
-                inner
-                    .into_iter()
-                    .map(|(name, schema)| (format!("{prefix}{name}"), schema)),
-            );
+            definitions.extend(inner.into_iter().map(|(name, schema)| (format!("{prefix}{name}"), schema)));
         }
     }
-    let needs_some = law
-        .get("required")
-        .and_then(Value::as_array)
-        .is_some_and(|required| !required.is_empty());
+    let needs_some = law.get("required").and_then(Value::as_array).is_some_and(|required| !required.is_empty());
     let mut consequence = json!({ "properties": { "parameters": law } });
     if needs_some {
         consequence["required"] = json!(["parameters"]);
@@ -116,16 +102,9 @@ static KEYS: LazyLock<Vec<KeyDocumentation>> = LazyLock::new(|| {
 
 fn collect_keys(schema: &Value, table: String, keys: &mut Vec<KeyDocumentation>) {
     let schema = resolve(schema);
-    let required: Vec<_> = schema["required"]
-        .as_array()
-        .into_iter()
-        .flatten()
-        .filter_map(Value::as_str)
-        .collect();
+    let required: Vec<_> = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
     for (name, property) in schema["properties"].as_object().into_iter().flatten() {
-        let description = property["description"]
-            .as_str()
-            .or(resolve(property)["description"].as_str());
+        let description = property["description"].as_str().or(resolve(property)["description"].as_str());
         keys.push(KeyDocumentation {
             table: table.clone(),
             name: name.clone(),
@@ -146,10 +125,7 @@ fn collect_keys(schema: &Value, table: String, keys: &mut Vec<KeyDocumentation>)
 }
 
 fn one_line(text: Option<&str>) -> String {
-    text.unwrap_or_default()
-        .split_whitespace()
-        .collect::<Vec<_>>()
-        .join(" ")
+    text.unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 
 fn kind_of(property: &Value) -> String {
@@ -172,18 +148,10 @@ fn kind_of(property: &Value) -> String {
 
 fn words_of(property: &Value) -> Vec<(String, String)> {
     let property = resolve(property);
-    let property = if property["items"].is_object() {
-        resolve(&property["items"])
-    } else {
-        property
-    };
+    let property = if property["items"].is_object() { resolve(&property["items"]) } else { property };
     let variants = property["oneOf"].as_array().into_iter().flatten();
-    let word = |variant: &Value| {
-        Some((
-            variant["const"].as_str()?.to_owned(),
-            one_line(variant["description"].as_str()),
-        ))
-    };
+    let word =
+        |variant: &Value| Some((variant["const"].as_str()?.to_owned(), one_line(variant["description"].as_str())));
     variants.filter_map(word).collect()
 }
 
@@ -200,15 +168,9 @@ fn collect_inner(property: &Value, path: String, keys: &mut Vec<KeyDocumentation
 
 /// Follows a reference, also that of an optional value.
 fn resolve(schema: &Value) -> &Value {
-    let optional = schema["anyOf"]
-        .as_array()
-        .and_then(|either| either.iter().find(|one| one.get("$ref").is_some()));
-    let reference = optional.unwrap_or(schema)["$ref"]
-        .as_str()
-        .and_then(|reference| reference.strip_prefix('#'));
-    reference
-        .and_then(|pointer| BARE_SCHEMA.pointer(pointer))
-        .unwrap_or(schema)
+    let optional = schema["anyOf"].as_array().and_then(|either| either.iter().find(|one| one.get("$ref").is_some()));
+    let reference = optional.unwrap_or(schema)["$ref"].as_str().and_then(|reference| reference.strip_prefix('#'));
+    reference.and_then(|pointer| BARE_SCHEMA.pointer(pointer)).unwrap_or(schema)
 }
 
 /// What a key in a table of a case means.
@@ -226,11 +188,7 @@ pub(crate) fn is_list_of_tables(name: &str) -> bool {
 
 /// The tables in which a key of this name is known; the top level is the empty string.
 pub(crate) fn homes_of(name: &str) -> Vec<String> {
-    let homes: BTreeSet<_> = KEYS
-        .iter()
-        .filter(|key| key.name == name)
-        .map(|key| key.table.clone())
-        .collect();
+    let homes: BTreeSet<_> = KEYS.iter().filter(|key| key.name == name).map(|key| key.table.clone()).collect();
     homes.into_iter().collect()
 }
 

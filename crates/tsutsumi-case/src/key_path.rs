@@ -131,11 +131,8 @@ fn first_segment(text: &str) -> (Segment, bool, &str) {
         }
     }
     let first = text.chars().next().map_or(0, char::len_utf8);
-    let end = if text.starts_with('.') {
-        0
-    } else {
-        text[first..].find(['.', '[']).map_or(text.len(), |at| at + first)
-    };
+    let end =
+        if text.starts_with('.') { 0 } else { text[first..].find(['.', '[']).map_or(text.len(), |at| at + first) };
     let (name, after) = text.split_at(end);
     match name.parse() {
         Ok(index) => (Segment::Index(index), false, after),
@@ -154,13 +151,7 @@ mod tests {
 
     #[test]
     fn paths_print_as_they_are_read() {
-        for text in [
-            "",
-            "a",
-            "a.b_c.d-e",
-            "bodies[0].shape.box.max[1]",
-            "materials.\"soft clay\".density",
-        ] {
+        for text in ["", "a", "a.b_c.d-e", "bodies[0].shape.box.max[1]", "materials.\"soft clay\".density"] {
             assert_eq!(KeyPath::from(text).to_string(), text);
         }
         assert_eq!(KeyPath::from("loads.0.on"), KeyPath::from("loads[0].on"));
@@ -168,9 +159,7 @@ mod tests {
 
     #[test]
     fn odd_paths_end() {
-        for text in [
-            "..", "a..b", "[", "a[", "a]", "[0", "\"", "'a", "é.ø[", ".a", "a.", "[[0]]",
-        ] {
+        for text in ["..", "a..b", "[", "a[", "a]", "[0", "\"", "'a", "é.ø[", ".a", "a.", "[[0]]"] {
             let _ = KeyPath::from(text).to_string();
         }
         assert_eq!(split("a..b").len(), 3);

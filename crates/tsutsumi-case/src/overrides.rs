@@ -72,14 +72,7 @@ impl Override {
         };
         let help = Some(fault.help).filter(|help| !help.is_empty());
         let key = KeyPath::from(assignment.split('=').next().unwrap_or_default().trim());
-        Problem {
-            kind: ProblemKind::Override,
-            key,
-            message: fault.message,
-            help,
-            notes: Vec::new(),
-            location,
-        }
+        Problem { kind: ProblemKind::Override, key, message: fault.message, help, notes: Vec::new(), location }
     }
 
     /// The key that is set.
@@ -106,21 +99,12 @@ impl Override {
             (Part::Key, Some(span)) => shifted(span, self.value_start),
             _ => shifted(found.tree.span.clone(), self.value_start),
         };
-        Location {
-            path: case.to_owned(),
-            text: self.text.clone(),
-            span: Some(span),
-            is_override: true,
-        }
+        Location { path: case.to_owned(), text: self.text.clone(), span: Some(span), is_override: true }
     }
 }
 
 fn fault(message: impl Into<String>, help: impl Into<String>, span: Range<usize>) -> OverrideFault {
-    OverrideFault {
-        message: message.into(),
-        help: help.into(),
-        span,
-    }
+    OverrideFault { message: message.into(), help: help.into(), span }
 }
 
 fn shifted(span: Range<usize>, by: usize) -> Range<usize> {
@@ -152,11 +136,9 @@ fn read_key(assignment: &str, span: Range<usize>) -> Result<KeyPath, OverrideFau
     let segments = split(text);
     let is_empty = |(segment, quoted): &(Segment, bool)| *segment == Segment::Key(String::new()) && !quoted;
     match segments.is_empty() || segments.iter().any(is_empty) {
-        true if text.is_empty() => Err(fault(
-            "the override has no key",
-            "write key=value, such as time.step=auto",
-            0..0,
-        )),
+        true if text.is_empty() => {
+            Err(fault("the override has no key", "write key=value, such as time.step=auto", 0..0))
+        }
         true => Err(fault(
             format!("the override's key `{}` has an empty part", quoted(text)),
             "parts of a key are separated by single dots: time.step",
@@ -173,23 +155,13 @@ fn read_value(assignment: &str, span: Range<usize>) -> Result<(Tree, Value), Ove
             "for an empty string, write {}=\"\" (and quote it for the shell)",
             quoted(assignment.trim_end_matches(['=', ' ']))
         );
-        return Err(fault(
-            format!("the override `{}` has no value", quoted(assignment)),
-            help,
-            0..assignment.len(),
-        ));
+        return Err(fault(format!("the override `{}` has no value", quoted(assignment)), help, 0..assignment.len()));
     }
     if let (Ok(tree), Ok(value)) = (Tree::read_value(text), text.parse()) {
         return Ok((tree, value));
     }
     if is_bare_word(text) {
-        return Ok((
-            Tree {
-                span: 0..text.len(),
-                value: tree::Value::String(text.to_owned()),
-            },
-            Value::from(text),
-        ));
+        return Ok((Tree { span: 0..text.len(), value: tree::Value::String(text.to_owned()) }, Value::from(text)));
     }
     Err(not_toml(text, span))
 }
@@ -202,10 +174,7 @@ fn is_bare_word(text: &str) -> bool {
 
 fn not_toml(text: &str, span: Range<usize>) -> OverrideFault {
     let syntax = Tree::read_value(text).err();
-    let syntax = syntax.unwrap_or(SyntaxFault {
-        message: "number out of range".to_owned(),
-        span: None,
-    });
+    let syntax = syntax.unwrap_or(SyntaxFault { message: "number out of range".to_owned(), span: None });
     let begins_as_word = text.starts_with(char::is_alphabetic);
     let (message, help) = match begins_as_word && !text.contains(['"', '\'']) {
         true => (
@@ -217,20 +186,9 @@ fn not_toml(text: &str, span: Range<usize>) -> OverrideFault {
         ),
         false => explain_syntax(&syntax, text),
     };
-    let inner = syntax
-        .span
-        .filter(|inner| inner.end <= text.len())
-        .unwrap_or(0..text.len());
-    let place = if begins_as_word {
-        span
-    } else {
-        shifted(inner, span.start)
-    };
-    fault(
-        format!("the override's value is not TOML: {message}"),
-        help.unwrap_or_default(),
-        place,
-    )
+    let inner = syntax.span.filter(|inner| inner.end <= text.len()).unwrap_or(0..text.len());
+    let place = if begins_as_word { span } else { shifted(inner, span.start) };
+    fault(format!("the override's value is not TOML: {message}"), help.unwrap_or_default(), place)
 }
 
 /// Puts an override into a text. Its path becomes definite: what is an element and what is a key.
@@ -240,13 +198,9 @@ pub(crate) fn set_value(text: &str, setting: &mut Override) -> Result<String, Ov
     let mut document: DocumentMut = text.parse().map_err(|error: toml_edit::TomlError| {
         stopped(format!("cannot edit the case: {}", error.message()), String::new())
     })?;
-    let mut walk = Walk {
-        value: setting.value.clone(),
-        path: KeyPath::root(),
-    };
+    let mut walk = Walk { value: setting.value.clone(), path: KeyPath::root() };
     let segments = setting.path.segments().to_vec();
-    walk.set_in_table(document.as_table_mut(), &segments)
-        .map_err(|(message, help)| stopped(message, help))?;
+    walk.set_in_table(document.as_table_mut(), &segments).map_err(|(message, help)| stopped(message, help))?;
     setting.path = walk.path;
     let text = document.to_string();
     let written = Tree::read_document(&text).ok();
@@ -265,18 +219,11 @@ fn same(left: &tree::Value, right: &tree::Value) -> bool {
     match (left, right) {
         (Float(left), Float(right)) => left.map(f64::to_bits) == right.map(f64::to_bits),
         (Array(left), Array(right)) => {
-            left.len() == right.len()
-                && left
-                    .iter()
-                    .zip(right)
-                    .all(|(left, right)| same(&left.value, &right.value))
+            left.len() == right.len() && left.iter().zip(right).all(|(left, right)| same(&left.value, &right.value))
         }
         (Table(left), Table(right)) => {
             left.keys().eq(right.keys())
-                && left
-                    .values()
-                    .zip(right.values())
-                    .all(|(left, right)| same(&left.tree.value, &right.tree.value))
+                && left.values().zip(right.values()).all(|(left, right)| same(&left.tree.value, &right.tree.value))
         }
         _ => left == right,
     }
@@ -393,10 +340,7 @@ impl Walk {
             } else {
                 format!("the last one is `{path}.{}`", len - 1)
             };
-            return Err((
-                format!("`{path}` has {len} {elements}, counted from 0: there is no `{path}.{index}`"),
-                help,
-            ));
+            return Err((format!("`{path}` has {len} {elements}, counted from 0: there is no `{path}.{index}`"), help));
         }
         self.path = std::mem::take(&mut self.path).index(*index);
         Ok((*index, rest))

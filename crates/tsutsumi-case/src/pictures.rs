@@ -81,12 +81,7 @@ fn column(results: &Results, name: &str) -> Option<Vec<f64>> {
 fn curve(results: &Results, name: &str, label: &str, factor: f64) -> Option<Curve> {
     let y = column(results, name)?.iter().map(|value| value * factor).collect();
     let x = column(results, "time")?;
-    Some(Curve {
-        label: label.to_owned(),
-        x,
-        y,
-        style: CurveStyle::default(),
-    })
+    Some(Curve { label: label.to_owned(), x, y, style: CurveStyle::default() })
 }
 
 fn settlement(results: &Results, case: &Case) -> LineChart {
@@ -119,9 +114,7 @@ fn pressures(results: &Results, case: &Case) -> LineChart {
 fn draw_particles<const D: usize>(case: &Case, simulation: &Simulation<D>, snapshot: &Snapshot) -> ParticleChart {
     let grid = simulation.solver().grid();
     let lines = |axis: usize| -> Vec<f64> {
-        (0..=grid.cells()[axis])
-            .map(|i| grid.origin()[axis] + i as f64 * grid.spacing()[axis])
-            .collect()
+        (0..=grid.cells()[axis]).map(|i| grid.origin()[axis] + i as f64 * grid.spacing()[axis]).collect()
     };
     let up = D - 1;
     let (grid_x, outline) = match D {

@@ -66,19 +66,13 @@ impl Registry {
 
     /// The names of the laws, with the first line of each description.
     pub fn laws(&self) -> impl Iterator<Item = LawSummary<'_>> {
-        self.laws.iter().map(|(name, law)| LawSummary {
-            name,
-            schema: &law.schema,
-        })
+        self.laws.iter().map(|(name, law)| LawSummary { name, schema: &law.schema })
     }
 
     /// The JSON Schema of case files, with the parameters of every law.
     pub fn schema(&self) -> Value {
-        let laws: Vec<(&str, Value)> = self
-            .laws
-            .iter()
-            .map(|(name, law)| (name.as_str(), law.schema.clone()))
-            .collect();
+        let laws: Vec<(&str, Value)> =
+            self.laws.iter().map(|(name, law)| (name.as_str(), law.schema.clone())).collect();
         let shapes: Vec<&str> = shapes::<1>().iter().map(|(name, _)| *name).collect();
         let updates: Vec<&str> = velocity_updates::<1>().iter().map(|(name, _)| *name).collect();
         case_schema(&laws, &shapes, &updates)
@@ -106,11 +100,7 @@ pub struct LawSummary<'a> {
 impl LawSummary<'_> {
     /// What the law is: the first paragraph of its documentation.
     pub fn description(&self) -> &str {
-        let text = self
-            .schema
-            .get("description")
-            .and_then(Value::as_str)
-            .unwrap_or_default();
+        let text = self.schema.get("description").and_then(Value::as_str).unwrap_or_default();
         text.split("\n\n").next().unwrap_or_default()
     }
 
@@ -118,10 +108,7 @@ impl LawSummary<'_> {
     pub fn parameters(&self) -> impl Iterator<Item = (&str, &str)> {
         let properties = self.schema.get("properties").and_then(Value::as_object);
         properties.into_iter().flatten().map(|(name, schema)| {
-            (
-                name.as_str(),
-                schema.get("description").and_then(Value::as_str).unwrap_or_default(),
-            )
+            (name.as_str(), schema.get("description").and_then(Value::as_str).unwrap_or_default())
         })
     }
 }
@@ -139,12 +126,7 @@ fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
         ),
         other => request.source.invalid(parameters, other.to_string(), ""),
     })?;
-    Ok(Box::new(Group::new(
-        request.material,
-        law,
-        request.particles.clone(),
-        request.stresses,
-    )))
+    Ok(Box::new(Group::new(request.material, law, request.particles.clone(), request.stresses)))
 }
 
 /// Takes a variant out of a list by its name.
@@ -169,11 +151,7 @@ fn unknown_name<'a>(
     name: &str,
     known: impl Iterator<Item = &'a str> + Clone,
 ) -> CaseError {
-    let list = known
-        .clone()
-        .map(|name| format!("`{name}`"))
-        .collect::<Vec<_>>()
-        .join(", ");
+    let list = known.clone().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
     let help = match did_you_mean(name, known) {
         Some(near) => format!("did you mean `{near}`? known: {list}"),
         None => format!("known: {list}"),

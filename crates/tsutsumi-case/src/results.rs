@@ -136,20 +136,10 @@ impl Results {
         fs::write(&case, source.text()).map_err(write(&case))?;
         let path = folder.join("history.csv");
         let mut history = csv::Writer::from_writer(BufWriter::new(File::create(&path).map_err(write(&path))?));
-        history
-            .write_record(&names)
-            .map_err(|error| write(&path)(error.into()))?;
+        history.write_record(&names).map_err(|error| write(&path)(error.into()))?;
         let particles = Collection::new(folder.join("particles.pvd"));
         let grid = Collection::new(folder.join("grid.pvd"));
-        Ok(Results {
-            folder,
-            history,
-            particles,
-            grid,
-            frames: 0,
-            rows: Vec::new(),
-            names,
-        })
+        Ok(Results { folder, history, particles, grid, frames: 0, rows: Vec::new(), names })
     }
 
     pub(crate) fn folder(&self) -> &Path {
@@ -163,15 +153,8 @@ impl Results {
             "step" => format!("{value}"),
             _ => format!("{value:.16e}"),
         });
-        let written = self
-            .history
-            .write_record(text)
-            .map_err(io::Error::from)
-            .and_then(|()| self.history.flush());
-        written.map_err(|source| ResultsError::Write {
-            path: self.folder.join("history.csv"),
-            source,
-        })?;
+        let written = self.history.write_record(text).map_err(io::Error::from).and_then(|()| self.history.flush());
+        written.map_err(|source| ResultsError::Write { path: self.folder.join("history.csv"), source })?;
         self.rows.push(row);
         Ok(())
     }
@@ -215,10 +198,7 @@ fn choose_folder(source: &CaseSource, out: Option<&Path>, force: bool) -> Result
             match force || !occupied(&base) {
                 true => base,
                 // The numbers do not end before a free one is found.
-                false => (2..=u32::MAX)
-                    .map(numbered)
-                    .find(|path| !occupied(path))
-                    .unwrap_or(base),
+                false => (2..=u32::MAX).map(numbered).find(|path| !occupied(path)).unwrap_or(base),
             }
         }
     };
@@ -240,10 +220,9 @@ fn choose_folder(source: &CaseSource, out: Option<&Path>, force: bool) -> Result
 
 fn remove(removed: io::Result<()>, path: &Path) -> Result<(), ResultsError> {
     match removed {
-        Err(source) if source.kind() != io::ErrorKind::NotFound => Err(ResultsError::Write {
-            path: path.to_owned(),
-            source,
-        }),
+        Err(source) if source.kind() != io::ErrorKind::NotFound => {
+            Err(ResultsError::Write { path: path.to_owned(), source })
+        }
         _ => Ok(()),
     }
 }
@@ -269,11 +248,7 @@ fn write_particles<const D: usize>(path: &Path, time: f64, simulation: &Simulati
     let points: Vec<[f64; 3]> = particles.position.iter().map(pad).collect();
     let displacement: Vec<[f64; 3]> = (0..particles.len()).map(|p| pad(&simulation.displacement(p))).collect();
     let velocity: Vec<[f64; 3]> = particles.velocity.iter().map(pad).collect();
-    let stress: Vec<[f64; 6]> = particles
-        .stress
-        .iter()
-        .map(|s| [s.xx, s.yy, s.zz, s.xy, s.yz, s.zx])
-        .collect();
+    let stress: Vec<[f64; 6]> = particles.stress.iter().map(|s| [s.xx, s.yy, s.zz, s.xy, s.yz, s.zx]).collect();
     let mut body = vec![0.0; particles.len()];
     for (number, group) in simulation.solver().groups().iter().enumerate() {
         body[group.particles()].fill(number as f64);
@@ -319,21 +294,14 @@ fn law_outputs<const D: usize>(simulation: &Simulation<D>) -> Vec<(&'static str,
 fn write_grid<const D: usize>(path: &Path, time: f64, simulation: &Simulation<D>) -> Result<(), VtkError> {
     let solver = simulation.solver();
     let grid: &Grid<D> = solver.grid();
-    let lattice = Lattice {
-        dimension: D,
-        origin: pad(&grid.origin()),
-        spacing: pad(&grid.spacing()),
-    };
+    let lattice = Lattice { dimension: D, origin: pad(&grid.origin()), spacing: pad(&grid.spacing()) };
     let active = solver.active().cells();
     let place = |cell: u32| {
         let index = grid.cell_index(cell as usize);
         std::array::from_fn(|axis| if axis < D { index[axis] } else { 0 })
     };
     let cells: Vec<[usize; 3]> = active.iter().map(|&cell| place(cell)).collect();
-    let pressure: Vec<f64> = active
-        .iter()
-        .map(|&cell| solver.cells().pressure[cell as usize])
-        .collect();
+    let pressure: Vec<f64> = active.iter().map(|&cell| solver.cells().pressure[cell as usize]).collect();
     write_cells(path, time, &lattice, &cells, &[Field::scalar("pressure", pressure)])
 }
 
@@ -343,10 +311,7 @@ mod tests {
 
     #[test]
     fn a_case_is_called_by_its_file_or_its_folder() {
-        assert_eq!(
-            case_name(Path::new("paper-cases/poroelastic-column/case.toml")),
-            "poroelastic-column"
-        );
+        assert_eq!(case_name(Path::new("paper-cases/poroelastic-column/case.toml")), "poroelastic-column");
         assert_eq!(case_name(Path::new("slope.toml")), "slope");
         assert_eq!(case_name(Path::new("case.toml")), "case");
     }

@@ -127,26 +127,10 @@ fn run_in<const D: usize>(
     if !options.allow_unstable {
         refuse_unstable(source, case, simulation.solver())?;
     }
-    let results = Results::create(
-        source,
-        options.out.as_deref(),
-        options.force,
-        simulation.reading_names(),
-    )?;
-    let started_unix_s = SystemTime::now()
-        .duration_since(UNIX_EPOCH)
-        .map_or(0, |since| since.as_secs());
+    let results = Results::create(source, options.out.as_deref(), options.force, simulation.reading_names())?;
+    let started_unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let peak = Snapshot::take(&simulation);
-    let run = Run {
-        source,
-        case,
-        simulation,
-        results,
-        peak,
-        started_unix_s,
-        loop_time: Duration::ZERO,
-        iterations: 0,
-    };
+    let run = Run { source, case, simulation, results, peak, started_unix_s, loop_time: Duration::ZERO, iterations: 0 };
     Ok(run.to_the_end(observer)?)
 }
 
@@ -183,17 +167,11 @@ impl Steps {
         // A count that is whole but for rounding is whole.
         let whole = |count: f64| (count - 1e-9 * count.max(1.0)).ceil().max(0.0);
         match case.time.step {
-            Step::Seconds(dt) => Steps {
-                count: (whole(target / dt) as u64).saturating_sub(solver.steps()),
-                dt,
-            },
+            Step::Seconds(dt) => Steps { count: (whole(target / dt) as u64).saturating_sub(solver.steps()), dt },
             Step::Auto => {
                 let interval = target - solver.time();
                 let count = whole(interval / (case.time.safety * solver.step_limits().longest())).max(1.0);
-                Steps {
-                    count: count as u64,
-                    dt: interval / count,
-                }
+                Steps { count: count as u64, dt: interval / count }
             }
         }
     }
@@ -284,12 +262,7 @@ impl<const D: usize> Run<'_, D> {
 
     fn progress(&self, dt: f64) -> Progress {
         let solver = self.simulation.solver();
-        Progress {
-            time: solver.time(),
-            end: self.case.time.end,
-            steps: solver.steps(),
-            dt,
-        }
+        Progress { time: solver.time(), end: self.case.time.end, steps: solver.steps(), dt }
     }
 
     /// Appends to the history and, if asked, writes the fields.
@@ -314,12 +287,7 @@ impl<const D: usize> Run<'_, D> {
         let wall_s = self.loop_time.as_secs_f64();
         let particle_steps = steps as f64 * self.simulation.solver().particles().len() as f64;
         let particle_steps_per_s = if wall_s > 0.0 { particle_steps / wall_s } else { 0.0 };
-        Performance {
-            steps,
-            wall_s,
-            particle_steps_per_s,
-            pressure_iterations: self.iterations,
-        }
+        Performance { steps, wall_s, particle_steps_per_s, pressure_iterations: self.iterations }
     }
 
     fn write_manifest(&self, outcome: &Outcome) -> Result<(), ResultsError> {

@@ -51,16 +51,8 @@ impl<const D: usize> Simulation<D> {
         let top_half_height = top.iter().map(|&p| particles.half_size[p][D - 1]).collect();
         let volume = particles.volume.iter().sum();
         let bulk_modulus = case.fluid.as_ref().map(|fluid| fluid.bulk_modulus);
-        let mut simulation = Simulation {
-            solver,
-            probes,
-            top,
-            position,
-            top_half_height,
-            volume,
-            water_stored: 0.0,
-            bulk_modulus,
-        };
+        let mut simulation =
+            Simulation { solver, probes, top, position, top_half_height, volume, water_stored: 0.0, bulk_modulus };
         simulation.water_stored = simulation.water_compressed_by_pressure();
         simulation
     }
@@ -94,14 +86,8 @@ impl<const D: usize> Simulation<D> {
             }
         }
         names.extend(
-            [
-                "settlement.particles",
-                "settlement.surface",
-                "energy.kinetic",
-                "energy.strain",
-                "outflow",
-            ]
-            .map(str::to_owned),
+            ["settlement.particles", "settlement.surface", "energy.kinetic", "energy.strain", "outflow"]
+                .map(str::to_owned),
         );
         names
     }
@@ -135,29 +121,19 @@ impl<const D: usize> Simulation<D> {
     /// The largest pressure of an active cell (Pa); 0 in dry ground.
     pub fn largest_pressure(&self) -> f64 {
         let pressure = &self.solver.cells().pressure;
-        self.solver
-            .active()
-            .cells()
-            .iter()
-            .map(|&cell| pressure[cell as usize])
-            .fold(0.0, f64::max)
+        self.solver.active().cells().iter().map(|&cell| pressure[cell as usize]).fold(0.0, f64::max)
     }
 
     /// The mean fall of the top particles (m): the paper's displacement of a mass.
     pub fn settlement_of_particles(&self) -> f64 {
-        let fall: f64 = self.top.iter().map(|&p| -self.displacement(p)[D - 1]).sum();
-        fall / self.top.len() as f64
+        let rise: f64 = self.top.iter().map(|&p| self.displacement(p)[D - 1]).sum();
+        0.0 - rise / self.top.len() as f64
     }
 
     /// The mean fall of the top particles' upper faces (m): the settlement of the true surface.
     pub fn settlement_of_surface(&self) -> f64 {
         let half_size = &self.solver.particles().half_size;
-        let thinned: f64 = self
-            .top
-            .iter()
-            .zip(&self.top_half_height)
-            .map(|(&p, old)| old - half_size[p][D - 1])
-            .sum();
+        let thinned: f64 = self.top.iter().zip(&self.top_half_height).map(|(&p, old)| old - half_size[p][D - 1]).sum();
         self.settlement_of_particles() + thinned / self.top.len() as f64
     }
 
@@ -168,13 +144,7 @@ impl<const D: usize> Simulation<D> {
         let outflow = self.solver.outflow();
         let water_compressed = self.water_compressed_by_pressure() - self.water_stored;
         let mass = particles.mass.iter().sum();
-        Balances {
-            mass,
-            volume_lost,
-            outflow,
-            water_compressed,
-            water_error: volume_lost - outflow - water_compressed,
-        }
+        Balances { mass, volume_lost, outflow, water_compressed, water_error: volume_lost - outflow - water_compressed }
     }
 
     /// Σ n V p_w / K^f (m³).
@@ -194,12 +164,7 @@ pub(crate) fn outlines(bodies: &[Body], across: usize, up: usize) -> Vec<[[f64; 
         let BodyShape::Box(shape) = &body.shape;
         let (x0, x1) = (shape.min[across], shape.max[across]);
         let (y0, y1) = (shape.min[up], shape.max[up]);
-        [
-            [[x0, y0], [x1, y0]],
-            [[x1, y0], [x1, y1]],
-            [[x1, y1], [x0, y1]],
-            [[x0, y1], [x0, y0]],
-        ]
+        [[[x0, y0], [x1, y0]], [[x1, y0], [x1, y1]], [[x1, y1], [x0, y1]], [[x0, y1], [x0, y0]]]
     };
     bodies.iter().flat_map(corners).collect()
 }

@@ -60,12 +60,7 @@ impl CaseSource {
     /// A case from a text in memory; messages call it by `path`.
     pub fn from_text(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
         let original = Sheet::new(text.into());
-        Self {
-            path: path.into(),
-            effective: original.clone(),
-            original,
-            overrides: Vec::new(),
-        }
+        Self { path: path.into(), effective: original.clone(), original, overrides: Vec::new() }
     }
 
     /// The path of the case file.
@@ -109,10 +104,7 @@ impl CaseSource {
     /// read as an empty table. Unknown keys are errors whether or not the type denies them.
     pub fn parse_at<T: DeserializeOwned>(&self, path: &KeyPath) -> Result<T, CaseError> {
         let root = self.syntax_check()?;
-        let absent = Tree {
-            span: 0..0,
-            value: Value::Table(Default::default()),
-        };
+        let absent = Tree { span: 0..0, value: Value::Table(Default::default()) };
         let tree = root.get(path).unwrap_or(&absent);
         deserialize(tree, path).map_err(|faults| {
             let faults = without_consequences(faults);
@@ -136,46 +128,22 @@ impl CaseSource {
             let (message, help) = explain_syntax(fault, &self.effective.text);
             let location = self.location(self.effective.text.clone(), fault.span.clone());
             let key = KeyPath::root();
-            CaseError::Content(vec![Problem {
-                kind: ProblemKind::Syntax,
-                key,
-                message,
-                help,
-                notes: vec![],
-                location,
-            }])
+            CaseError::Content(vec![Problem { kind: ProblemKind::Syntax, key, message, help, notes: vec![], location }])
         })
     }
 
     fn location(&self, text: Arc<str>, span: Option<Range<usize>>) -> Location {
-        Location {
-            path: self.path.clone(),
-            text,
-            span,
-            is_override: false,
-        }
+        Location { path: self.path.clone(), text, span, is_override: false }
     }
 
     fn problem(&self, kind: ProblemKind, key: KeyPath, part: Part, message: String, help: Option<String>) -> Problem {
         let (location, note) = self.locate(&key, part);
-        Problem {
-            kind,
-            key,
-            message,
-            help,
-            notes: note.into_iter().collect(),
-            location,
-        }
+        Problem { kind, key, message, help, notes: note.into_iter().collect(), location }
     }
 
     /// Where a key stands, for people: in the override that set it, or else in the file as they wrote it.
     fn locate(&self, key: &KeyPath, part: Part) -> (Location, Option<String>) {
-        if let Some(setting) = self
-            .overrides
-            .iter()
-            .rev()
-            .find(|setting| key.starts_with(setting.path()))
-        {
+        if let Some(setting) = self.overrides.iter().rev().find(|setting| key.starts_with(setting.path())) {
             return (setting.location(&self.path, key, part), self.note_on_override(setting));
         }
         let Ok(tree) = &self.original.tree else {
@@ -183,25 +151,15 @@ impl CaseSource {
         };
         let found = tree.find(key.segments());
         if !found.is_exact
-            && let Some(setting) = self
-                .overrides
-                .iter()
-                .rev()
-                .find(|setting| setting.path().starts_with(key))
+            && let Some(setting) = self.overrides.iter().rev().find(|setting| setting.path().starts_with(key))
         {
-            return (
-                setting.location(&self.path, key, Part::Key),
-                self.note_on_override(setting),
-            );
+            return (setting.location(&self.path, key, Part::Key), self.note_on_override(setting));
         }
         let span = match (part, found.is_exact, found.key_span) {
             (Part::Key, true, Some(span)) => span,
             _ => found.tree.span.clone(),
         };
-        (
-            self.location(self.original.text.clone(), Some(span).filter(|span| !span.is_empty())),
-            None,
-        )
+        (self.location(self.original.text.clone(), Some(span).filter(|span| !span.is_empty())), None)
     }
 
     /// What the file itself says where an override has replaced it.
@@ -235,43 +193,26 @@ impl CaseSource {
 
     fn unknown_key(&self, key: KeyPath, name: &str, known: &[String]) -> Problem {
         let parent = parent_of(&key);
-        let place = if parent.is_root() {
-            "at the top level".to_owned()
-        } else {
-            format!("in `{parent}`")
-        };
+        let place = if parent.is_root() { "at the top level".to_owned() } else { format!("in `{parent}`") };
         let help = match did_you_mean(name, known.iter().map(String::as_str)) {
             Some(near) => Some(format!("did you mean `{near}`?")),
             None => misplaced(name, &parent),
         };
         let message = format!("unknown key `{}` {place}", quoted(name));
         let mut problem = self.problem(ProblemKind::UnknownKey, key, Part::Key, message, help);
-        let note = if known.is_empty() {
-            "no key is known here".to_owned()
-        } else {
-            format!("known keys: {}", list(known))
-        };
+        let note =
+            if known.is_empty() { "no key is known here".to_owned() } else { format!("known keys: {}", list(known)) };
         problem.notes.insert(0, note);
         problem
     }
 
     fn missing_key(&self, table: KeyPath, name: &str) -> Problem {
-        let place = if table.is_root() {
-            String::new()
-        } else {
-            format!(" in `{table}`")
-        };
+        let place = if table.is_root() { String::new() } else { format!(" in `{table}`") };
         let help = match description_of(&table, name) {
             Some(description) => format!("add `{name}`: {}", in_passing(&description)),
             None => format!("add `{name} = …`"),
         };
-        self.problem(
-            ProblemKind::MissingKey,
-            table,
-            Part::Value,
-            format!("missing key `{name}`{place}"),
-            Some(help),
-        )
+        self.problem(ProblemKind::MissingKey, table, Part::Value, format!("missing key `{name}`{place}"), Some(help))
     }
 
     fn wrong_type(&self, key: KeyPath, part: Part, expected: &str) -> Problem {
@@ -299,13 +240,12 @@ impl CaseSource {
             Value::String(text) if expected.contains("number") && text.trim().parse::<f64>().is_ok() => {
                 Some(format!("numbers stand without quotes: {}", text.trim()))
             }
-            Value::Table(_) if is_list_of_tables(&key.to_string()) => Some(format!(
-                "an element of `{key}` is written with double brackets: [[{key}]]"
-            )),
-            Value::Integer(_) | Value::Float(_) | Value::String(_) if expected == "an array" => Some(format!(
-                "lists are written in brackets: [{}, …]",
-                describe(tree, &self.effective.text)
-            )),
+            Value::Table(_) if is_list_of_tables(&key.to_string()) => {
+                Some(format!("an element of `{key}` is written with double brackets: [[{key}]]"))
+            }
+            Value::Integer(_) | Value::Float(_) | Value::String(_) if expected == "an array" => {
+                Some(format!("lists are written in brackets: [{}, …]", describe(tree, &self.effective.text)))
+            }
             Value::Float(Some(number)) if expected.starts_with("a whole number") && number.fract() == 0.0 => {
                 Some(format!("write it without a decimal point: {number}"))
             }
@@ -317,11 +257,7 @@ impl CaseSource {
     }
 
     fn unknown_name(&self, key: KeyPath, part: Part, name: &str, known: &[String]) -> Problem {
-        let place = if part == Part::Key {
-            parent_of(&key)
-        } else {
-            key.clone()
-        };
+        let place = if part == Part::Key { parent_of(&key) } else { key.clone() };
         let help = match did_you_mean(name, known.iter().map(String::as_str)) {
             Some(near) => format!("did you mean `{near}`?"),
             None if known.len() == 1 => format!("write {}", list(known)),
@@ -339,10 +275,7 @@ impl CaseSource {
 fn read_text(path: &Path) -> Result<String, CaseError> {
     let unreadable = |source: io::Error| match source.kind() {
         io::ErrorKind::NotFound => CaseError::Missing { path: path.to_owned() },
-        _ => CaseError::Unreadable {
-            path: path.to_owned(),
-            source,
-        },
+        _ => CaseError::Unreadable { path: path.to_owned(), source },
     };
     // The kind and the size come first: to open a pipe can wait for ever, and to read a device never ends.
     let metadata = fs::metadata(path).map_err(unreadable)?;
@@ -353,20 +286,12 @@ fn read_text(path: &Path) -> Result<String, CaseError> {
         return Err(CaseError::NotRegular { path: path.to_owned() });
     }
     if metadata.len() > SIZE_LIMIT {
-        return Err(CaseError::TooLarge {
-            path: path.to_owned(),
-            size: metadata.len(),
-        });
+        return Err(CaseError::TooLarge { path: path.to_owned(), size: metadata.len() });
     }
     let mut bytes = Vec::new();
-    File::open(path)
-        .and_then(|file| file.take(SIZE_LIMIT + 1).read_to_end(&mut bytes))
-        .map_err(unreadable)?;
+    File::open(path).and_then(|file| file.take(SIZE_LIMIT + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
     if bytes.len() as u64 > SIZE_LIMIT {
-        return Err(CaseError::TooLarge {
-            path: path.to_owned(),
-            size: bytes.len() as u64,
-        });
+        return Err(CaseError::TooLarge { path: path.to_owned(), size: bytes.len() as u64 });
     }
     String::from_utf8(bytes).map_err(|error| not_utf8(path, error.as_bytes(), error.utf8_error().valid_up_to()))
 }
@@ -380,12 +305,7 @@ fn not_utf8(path: &Path, bytes: &[u8], offset: usize) -> CaseError {
         _ => None,
     };
     let line = bytes.iter().take(offset).filter(|&&byte| byte == b'\n').count() + 1;
-    CaseError::NotUtf8 {
-        path: path.to_owned(),
-        offset,
-        line,
-        guess,
-    }
+    CaseError::NotUtf8 { path: path.to_owned(), offset, line, guess }
 }
 
 /// Leaves out a missing key where an unknown key looks like it, in the same table or fallen from the top level into
@@ -393,10 +313,7 @@ fn not_utf8(path: &Path, bytes: &[u8], offset: usize) -> CaseError {
 fn without_consequences(faults: Vec<Fault>) -> Vec<Fault> {
     let is_consequence = |fault: &Fault| match (&fault.kind, &fault.place) {
         (FaultKind::MissingKey { name: missing }, Some((table, _))) => faults.iter().any(|other| match other {
-            Fault {
-                kind: FaultKind::UnknownKey { name, known },
-                place: Some((key, _)),
-            } => {
+            Fault { kind: FaultKind::UnknownKey { name, known }, place: Some((key, _)) } => {
                 let is_typo = || did_you_mean(name, known.iter().map(String::as_str)) == Some(missing);
                 let is_misplaced = table.is_root() && name == missing;
                 is_misplaced || (parent_of(key) == *table && is_typo())
@@ -413,9 +330,9 @@ fn misplaced(name: &str, parent: &KeyPath) -> Option<String> {
     let homes = homes_of(name);
     match homes.as_slice() {
         [] => None,
-        [top] if top.is_empty() => Some(format!(
-            "`{name}` belongs to the top level: move it up, before the first line in brackets"
-        )),
+        [top] if top.is_empty() => {
+            Some(format!("`{name}` belongs to the top level: move it up, before the first line in brackets"))
+        }
         homes if homes.iter().any(|home| *home == parent.to_string()) => None,
         homes => Some(format!("`{name}` belongs to {}", list(homes))),
     }
@@ -427,11 +344,7 @@ fn parent_of(key: &KeyPath) -> KeyPath {
 }
 
 fn in_quotes(key: &KeyPath, root: &str) -> String {
-    if key.is_root() {
-        root.to_owned()
-    } else {
-        format!("`{key}`")
-    }
+    if key.is_root() { root.to_owned() } else { format!("`{key}`") }
 }
 
 /// A description as the end of a sentence.
@@ -443,17 +356,9 @@ fn in_passing(description: &str) -> String {
 
 /// Names in backquotes, with commas.
 pub(crate) fn list<S: AsRef<str>>(names: &[S]) -> String {
-    let shown: Vec<_> = names
-        .iter()
-        .take(LISTED_NAMES)
-        .map(|name| format!("`{}`", quoted(name.as_ref())))
-        .collect();
+    let shown: Vec<_> = names.iter().take(LISTED_NAMES).map(|name| format!("`{}`", quoted(name.as_ref()))).collect();
     let rest = names.len().saturating_sub(LISTED_NAMES);
-    if rest > 0 {
-        format!("{} and {rest} more", shown.join(", "))
-    } else {
-        shown.join(", ")
-    }
+    if rest > 0 { format!("{} and {rest} more", shown.join(", ")) } else { shown.join(", ") }
 }
 
 /// A value as a message names it: scalars as they are written, the rest by kind.
@@ -463,13 +368,7 @@ fn describe(tree: &Tree, text: &str) -> String {
         Value::Array(elements) => format!("an array of {}", elements.len()),
         Value::Table(_) => "a table".to_owned(),
         Value::Date => "a date".to_owned(),
-        _ => quoted(
-            text.get(tree.span.clone())
-                .unwrap_or("this")
-                .lines()
-                .next()
-                .unwrap_or("this"),
-        ),
+        _ => quoted(text.get(tree.span.clone()).unwrap_or("this").lines().next().unwrap_or("this")),
     }
 }
 
@@ -488,18 +387,16 @@ pub(crate) fn explain_syntax(fault: &SyntaxFault, text: &str) -> (String, Option
         _ if said.starts_with("invalid mantissa") => {
             ("a number must begin with a digit".to_owned(), "write 0.5, not .5")
         }
-        _ if said.starts_with("invalid fraction") => (
-            "a decimal point must stand between digits".to_owned(),
-            "write 1.0e5 or 1e5, not 1.e5 or 1.",
-        ),
+        _ if said.starts_with("invalid fraction") => {
+            ("a decimal point must stand between digits".to_owned(), "write 1.0e5 or 1e5, not 1.e5 or 1.")
+        }
         _ if said.starts_with("unexpected key or value") && next == Some(',') => (
             "unexpected comma after the value".to_owned(),
             "decimals are written with a point: 0.5; lists in brackets: [1, 2]",
         ),
-        _ if said.starts_with("unexpected key or value") => (
-            "something stands behind the value".to_owned(),
-            "each `key = value` has a line of its own",
-        ),
+        _ if said.starts_with("unexpected key or value") => {
+            ("something stands behind the value".to_owned(), "each `key = value` has a line of its own")
+        }
         _ if said.contains("recursion") || said.contains("recurse") => {
             ("tables and arrays are nested too deeply".to_owned(), "")
         }
@@ -515,14 +412,12 @@ pub(crate) fn explain_syntax(fault: &SyntaxFault, text: &str) -> (String, Option
             "unexpected comma after the value".to_owned(),
             "decimals are written with a point: 0.5; lists in brackets: [1, 2]",
         ),
-        _ if said.starts_with("unexpected content") => (
-            "there is more than one value".to_owned(),
-            "lists are written in brackets: [1, 2]",
-        ),
-        _ if said.starts_with("key with no value") => (
-            "there is no `=` after the key".to_owned(),
-            "a line is `key = value`, a [table] or a # comment",
-        ),
+        _ if said.starts_with("unexpected content") => {
+            ("there is more than one value".to_owned(), "lists are written in brackets: [1, 2]")
+        }
+        _ if said.starts_with("key with no value") => {
+            ("there is no `=` after the key".to_owned(), "a line is `key = value`, a [table] or a # comment")
+        }
         _ if said.starts_with("unclosed") => (said.to_owned(), "close it on the same line"),
         _ if said.starts_with("invalid unquoted key") => {
             (said.to_owned(), "other characters are for keys in quotes: \"粘土\" = …")
@@ -535,21 +430,14 @@ pub(crate) fn explain_syntax(fault: &SyntaxFault, text: &str) -> (String, Option
 fn explain_bare_value(found: &str) -> (String, &'static str) {
     let begins_as_number = found.starts_with(|c: char| c.is_ascii_digit() || c == '-' || c == '+');
     match found {
-        "" => (
-            "there is no value after the `=`".to_owned(),
-            "write one, or put a # before the line",
-        ),
-        "True" | "TRUE" | "False" | "FALSE" => (
-            format!("`{found}` is not a value"),
-            "write true or false, in lower case",
-        ),
+        "" => ("there is no value after the `=`".to_owned(), "write one, or put a # before the line"),
+        "True" | "TRUE" | "False" | "FALSE" => {
+            (format!("`{found}` is not a value"), "write true or false, in lower case")
+        }
         _ if begins_as_number => (
             format!("`{}` is not a number", quoted(found)),
             "a number such as 1500.0 or 4.35e6; units are SI and not written",
         ),
-        _ => (
-            format!("`{}` is not a value", quoted(found)),
-            "words are written in double quotes: \"auto\"",
-        ),
+        _ => (format!("`{}` is not a value", quoted(found)), "words are written in double quotes: \"auto\""),
     }
 }

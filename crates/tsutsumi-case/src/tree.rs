@@ -55,10 +55,7 @@ impl Tree {
     /// Reads a whole TOML text.
     pub(crate) fn read_document(text: &str) -> Result<Self, SyntaxFault> {
         let table = DeTable::parse(text).map_err(SyntaxFault::from)?;
-        Ok(Self {
-            span: table.span(),
-            value: Value::from(DeValue::Table(table.into_inner())),
-        })
+        Ok(Self { span: table.span(), value: Value::from(DeValue::Table(table.into_inner())) })
     }
 
     /// Reads a single TOML value.
@@ -68,25 +65,12 @@ impl Tree {
 
     /// Follows a path as far as it leads.
     pub(crate) fn find(&self, segments: &[Segment]) -> Found<'_> {
-        let mut found = Found {
-            tree: self,
-            key_span: None,
-            is_exact: true,
-        };
+        let mut found = Found { tree: self, key_span: None, is_exact: true };
         for segment in segments {
             match found.tree.child(segment) {
-                Some((tree, key_span)) => {
-                    found = Found {
-                        tree,
-                        key_span,
-                        is_exact: true,
-                    }
-                }
+                Some((tree, key_span)) => found = Found { tree, key_span, is_exact: true },
                 None => {
-                    return Found {
-                        is_exact: false,
-                        ..found
-                    };
+                    return Found { is_exact: false, ..found };
                 }
             }
         }
@@ -121,19 +105,13 @@ impl Entry {
 
 impl From<toml::de::Error> for SyntaxFault {
     fn from(error: toml::de::Error) -> Self {
-        Self {
-            message: error.message().to_owned(),
-            span: error.span(),
-        }
+        Self { message: error.message().to_owned(), span: error.span() }
     }
 }
 
 impl From<Spanned<DeValue<'_>>> for Tree {
     fn from(value: Spanned<DeValue<'_>>) -> Self {
-        Self {
-            span: value.span(),
-            value: Value::from(value.into_inner()),
-        }
+        Self { span: value.span(), value: Value::from(value.into_inner()) }
     }
 }
 
@@ -148,10 +126,7 @@ impl From<DeValue<'_>> for Value {
             DeValue::Array(array) => Self::Array(array.into_iter().map(Tree::from).collect()),
             DeValue::Table(table) => {
                 let entries = table.into_iter().map(|(key, tree)| {
-                    let entry = Entry {
-                        key_span: key.span(),
-                        tree: Tree::from(tree),
-                    };
+                    let entry = Entry { key_span: key.span(), tree: Tree::from(tree) };
                     (key.into_inner().into_owned(), entry)
                 });
                 Self::Table(entries.collect())
@@ -163,7 +138,5 @@ impl From<DeValue<'_>> for Value {
 /// `inf` and `nan` are numbers of TOML; a number that overflows to infinity is not.
 fn finite_or_literal(text: &str) -> Option<f64> {
     let is_literal = text.contains("inf") || text.contains("nan");
-    text.parse()
-        .ok()
-        .filter(|number: &f64| number.is_finite() || is_literal)
+    text.parse().ok().filter(|number: &f64| number.is_finite() || is_literal)
 }

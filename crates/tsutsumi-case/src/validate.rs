@@ -22,12 +22,7 @@ impl CaseSource {
     /// Checks everything that can be checked on plain data, and reports all that is wrong. The names of laws, shape
     /// functions and velocity updates, and the parameters of the laws, are the registry's to check.
     pub fn validate(&self, case: &Case) -> Result<(), CaseError> {
-        let mut checks = Checks {
-            source: self,
-            case,
-            has_grid: false,
-            problems: Vec::new(),
-        };
+        let mut checks = Checks { source: self, case, has_grid: false, problems: Vec::new() };
         checks.run();
         match checks.problems.is_empty() {
             true => Ok(()),
@@ -67,19 +62,14 @@ impl<'a> Checks<'a> {
 
     fn report(&mut self, key: impl Into<KeyPath>, message: impl Into<String>, help: impl Into<String>) {
         if self.problems.len() < MAX_PROBLEMS {
-            self.problems
-                .push(self.source.invalid_problem(key.into(), message.into(), help.into()));
+            self.problems.push(self.source.invalid_problem(key.into(), message.into(), help.into()));
         }
     }
 
     fn finite(&mut self, key: impl Into<KeyPath>, value: f64) -> bool {
         let key = key.into();
         if !value.is_finite() {
-            self.report(
-                key.clone(),
-                format!("`{key}` must be a finite number, not {}", number(value)),
-                "",
-            );
+            self.report(key.clone(), format!("`{key}` must be a finite number, not {}", number(value)), "");
         }
         value.is_finite()
     }
@@ -90,11 +80,7 @@ impl<'a> Checks<'a> {
             return false;
         }
         if value <= 0.0 {
-            self.report(
-                key.clone(),
-                format!("`{key}` must be greater than 0, not {}", number(value)),
-                "",
-            );
+            self.report(key.clone(), format!("`{key}` must be greater than 0, not {}", number(value)), "");
         }
         value > 0.0
     }
@@ -113,11 +99,7 @@ impl<'a> Checks<'a> {
                 2 => "x and y",
                 _ => "x, y and z",
             };
-            let numbers = if length == 1 {
-                "1 number".to_owned()
-            } else {
-                format!("{length} numbers")
-            };
+            let numbers = if length == 1 { "1 number".to_owned() } else { format!("{length} numbers") };
             self.report(
                 key.clone(),
                 format!("`{key}` has {numbers}, but the case has {}", self.dimensions()),
@@ -153,11 +135,7 @@ impl<'a> Checks<'a> {
         }
         is_good &= self.length(&"grid.cells".into(), grid.cells.len());
         for (axis, _) in grid.cells.iter().enumerate().filter(|(_, cells)| **cells == 0) {
-            self.report(
-                format!("grid.cells[{axis}]"),
-                format!("`grid.cells[{axis}]` must be at least 1, not 0"),
-                "",
-            );
+            self.report(format!("grid.cells[{axis}]"), format!("`grid.cells[{axis}]` must be at least 1, not 0"), "");
             is_good = false;
         }
         self.has_grid = is_good & self.has_sane_count() && self.has_resolution();
@@ -185,11 +163,7 @@ impl<'a> Checks<'a> {
                     number(spacing),
                     number(largest)
                 );
-                self.report(
-                    format!("grid.spacing[{axis}]"),
-                    message,
-                    "move `grid.origin` nearer to 0",
-                );
+                self.report(format!("grid.spacing[{axis}]"), message, "move `grid.origin` nearer to 0");
                 is_good = false;
             }
         }
@@ -214,10 +188,7 @@ impl<'a> Checks<'a> {
             }
         }
         if !(time.safety > 0.0 && time.safety <= 1.0) {
-            let message = format!(
-                "`time.safety` must be greater than 0 and at most 1, not {}",
-                number(time.safety)
-            );
+            let message = format!("`time.safety` must be greater than 0 and at most 1, not {}", number(time.safety));
             self.report(
                 "time.safety",
                 message,
@@ -228,18 +199,11 @@ impl<'a> Checks<'a> {
 
     fn step_against_end(&mut self, step: f64, end: f64) {
         if step > end {
-            let message = format!(
-                "`time.step` = {} is longer than the run, `time.end` = {}",
-                number(step),
-                number(end)
-            );
+            let message =
+                format!("`time.step` = {} is longer than the run, `time.end` = {}", number(step), number(end));
             self.report("time.step", message, "give the step in seconds, or \"auto\"");
         } else if end / step > MAX_STEPS {
-            let message = format!(
-                "`time.step` = {} makes {:.1e} steps until `time.end`",
-                number(step),
-                end / step
-            );
+            let message = format!("`time.step` = {} makes {:.1e} steps until `time.end`", number(step), end / step);
             self.report("time.step", message, "take a longer step, or \"auto\"");
         }
     }
@@ -269,21 +233,13 @@ impl<'a> Checks<'a> {
     fn needs_fluid(&mut self, key: impl Into<KeyPath>, what: &str) {
         if self.case.fluid.is_none() {
             let message = format!("{what} needs pore water, but the case has no `[fluid]`");
-            self.report(
-                key,
-                message,
-                "add a [fluid] with density, bulk_modulus and unit_weight, or take this out",
-            );
+            self.report(key, message, "add a [fluid] with density, bulk_modulus and unit_weight, or take this out");
         }
     }
 
     fn materials(&mut self) {
         if self.case.materials.is_empty() {
-            self.report(
-                "materials",
-                "the case has no material",
-                "add one, such as [materials.soil]",
-            );
+            self.report("materials", "the case has no material", "add one, such as [materials.soil]");
         }
         for (name, material) in &self.case.materials {
             self.material(&KeyPath::from("materials").key(name), material);
@@ -302,16 +258,8 @@ impl<'a> Checks<'a> {
         }
         let Some(fluid) = &self.case.fluid else { return };
         for (name, meaning, value) in [
-            (
-                "porosity",
-                "the volume of the pores over the whole, such as 0.4",
-                material.porosity,
-            ),
-            (
-                "conductivity",
-                "the hydraulic conductivity in m/s, such as 1.0e-5",
-                material.conductivity,
-            ),
+            ("porosity", "the volume of the pores over the whole, such as 0.4", material.porosity),
+            ("conductivity", "the hydraulic conductivity in m/s, such as 1.0e-5", material.conductivity),
         ] {
             if value.is_none() {
                 let message = format!("missing key `{name}` in `{key}`: the case has a `[fluid]`");
@@ -335,11 +283,7 @@ impl<'a> Checks<'a> {
                 ),
                 false => "it is the volume of the pores over the whole".to_owned(),
             };
-            self.report(
-                key.clone(),
-                format!("`{key}` must be between 0 and 1, not {}", number(porosity)),
-                help,
-            );
+            self.report(key.clone(), format!("`{key}` must be between 0 and 1, not {}", number(porosity)), help);
         }
         is_good
     }
@@ -362,15 +306,10 @@ impl<'a> Checks<'a> {
                 self.finite(key, *value);
             }
             toml::Value::Array(values) => {
-                values
-                    .iter()
-                    .enumerate()
-                    .for_each(|(index, value)| self.parameter(key.clone().index(index), value));
+                values.iter().enumerate().for_each(|(index, value)| self.parameter(key.clone().index(index), value));
             }
             toml::Value::Table(table) => {
-                table
-                    .iter()
-                    .for_each(|(name, value)| self.parameter(key.clone().key(name), value));
+                table.iter().for_each(|(name, value)| self.parameter(key.clone().key(name), value));
             }
             _ => {}
         }
@@ -384,20 +323,9 @@ impl<'a> Checks<'a> {
         for (index, body) in self.case.bodies.iter().enumerate() {
             let key = KeyPath::from("bodies").index(index);
             if let Some(first) = names.insert(body.name(), index) {
-                let message = format!(
-                    "`bodies[{first}]` and `{key}` are both called `{}`",
-                    quoted(body.name())
-                );
-                let place = if body.name.is_some() {
-                    key.clone().key("name")
-                } else {
-                    key.clone()
-                };
-                self.report(
-                    place,
-                    message,
-                    "give each a `name` of its own; the default is that of the material",
-                );
+                let message = format!("`bodies[{first}]` and `{key}` are both called `{}`", quoted(body.name()));
+                let place = if body.name.is_some() { key.clone().key("name") } else { key.clone() };
+                self.report(place, message, "give each a `name` of its own; the default is that of the material");
             }
             self.body(&key, body);
         }
@@ -405,11 +333,7 @@ impl<'a> Checks<'a> {
 
     fn body(&mut self, key: &KeyPath, body: &Body) {
         if body.name.as_deref().is_some_and(|name| name.trim().is_empty()) {
-            self.report(
-                key.clone().key("name"),
-                format!("`{key}.name` is empty"),
-                "give it a word, or leave it out",
-            );
+            self.report(key.clone().key("name"), format!("`{key}.name` is empty"), "give it a word, or leave it out");
         }
         let materials: Vec<_> = self.case.materials.keys().map(String::as_str).collect();
         self.refers(key.clone().key("material"), "material", &body.material, &materials);
@@ -434,10 +358,7 @@ impl<'a> Checks<'a> {
         };
         self.report(
             key.clone(),
-            format!(
-                "`{key}` names the {what} `{}`, which the case does not have",
-                quoted(name)
-            ),
+            format!("`{key}` names the {what} `{}`, which the case does not have", quoted(name)),
             help,
         );
     }
@@ -451,11 +372,7 @@ impl<'a> Checks<'a> {
                     number(shape.min[axis]),
                     number(shape.max[axis])
                 );
-                self.report(
-                    key.clone().key("min").index(axis),
-                    message,
-                    "the lower corner comes first",
-                );
+                self.report(key.clone().key("min").index(axis), message, "the lower corner comes first");
                 is_good = false;
             }
             is_good &= self.in_grid(key.clone().key("min").index(axis), axis, shape.min[axis]);
@@ -491,11 +408,7 @@ impl<'a> Checks<'a> {
         let mut is_good = self.length(key, numbers.len());
         for (axis, _) in numbers.iter().enumerate().filter(|(_, count)| **count == 0) {
             let place = key.clone().index(axis);
-            self.report(
-                place.clone(),
-                format!("`{place}` must be at least 1, not 0"),
-                "2 is usual",
-            );
+            self.report(place.clone(), format!("`{place}` must be at least 1, not 0"), "2 is usual");
             is_good = false;
         }
         is_good
@@ -510,11 +423,7 @@ impl<'a> Checks<'a> {
         if count > MAX_PARTICLES {
             let message =
                 format!("`{key}` would hold {count:.1e} material points; at most {MAX_PARTICLES:.0e} are allowed");
-            self.report(
-                key.clone().key("particles_per_cell"),
-                message,
-                "take fewer points per cell or larger cells",
-            );
+            self.report(key.clone().key("particles_per_cell"), message, "take fewer points per cell or larger cells");
         }
     }
 
@@ -536,19 +445,11 @@ impl<'a> Checks<'a> {
         self.finite(key.clone().key("surface"), geostatic.surface);
         let place = key.clone().key("k0");
         if self.finite(place.clone(), geostatic.k0) && geostatic.k0 < 0.0 {
-            self.report(
-                place,
-                format!("`{key}.k0` must be 0 or more, not {}", number(geostatic.k0)),
-                "0.5 is usual",
-            );
+            self.report(place, format!("`{key}.k0` must be 0 or more, not {}", number(geostatic.k0)), "0.5 is usual");
         }
         if self.case.gravity.is_none() {
             let message = format!("`{key}` needs gravity, but the case has none");
-            self.report(
-                key.clone(),
-                message,
-                "add `gravity`, such as [0.0, -9.81], at the top level",
-            );
+            self.report(key.clone(), message, "add `gravity`, such as [0.0, -9.81], at the top level");
         }
     }
 
@@ -558,11 +459,7 @@ impl<'a> Checks<'a> {
             match (&support.face, &support.region) {
                 (Some(_), Some(_)) => {
                     let message = format!("`{key}` has both a `face` and a `region`");
-                    self.report(
-                        key.clone().key("region"),
-                        message,
-                        "write two [[supports]], one for each",
-                    );
+                    self.report(key.clone().key("region"), message, "write two [[supports]], one for each");
                 }
                 (None, None) => {
                     self.report(
@@ -585,42 +482,20 @@ impl<'a> Checks<'a> {
 
     fn face(&mut self, key: KeyPath, face: Face) {
         if face.axis().index() >= self.case.dimension {
-            let known: Vec<_> = Face::ALL[..2 * self.case.dimension]
-                .iter()
-                .map(|face| face.name())
-                .collect();
-            let message = format!(
-                "`{key}` is `{}`, but the case has only {}",
-                face.name(),
-                self.dimensions()
-            );
+            let known: Vec<_> = Face::ALL[..2 * self.case.dimension].iter().map(|face| face.name()).collect();
+            let message = format!("`{key}` is `{}`, but the case has only {}", face.name(), self.dimensions());
             self.report(key, message, format!("the faces here are {}", list(&known)));
         }
     }
 
     fn fixed_axes(&mut self, key: &KeyPath, axes: &[Axis]) {
         if axes.is_empty() {
-            self.report(
-                key.clone(),
-                format!("`{key}` is empty: nothing is held"),
-                "name the axes: [\"x\"]",
-            );
+            self.report(key.clone(), format!("`{key}` is empty: nothing is held"), "name the axes: [\"x\"]");
         }
-        for (index, axis) in axes
-            .iter()
-            .enumerate()
-            .filter(|(_, axis)| axis.index() >= self.case.dimension)
-        {
+        for (index, axis) in axes.iter().enumerate().filter(|(_, axis)| axis.index() >= self.case.dimension) {
             let place = key.clone().index(index);
-            let known: Vec<_> = Axis::ALL[..self.case.dimension]
-                .iter()
-                .map(|axis| axis.name())
-                .collect();
-            let message = format!(
-                "`{place}` is `{}`, but the case has only {}",
-                axis.name(),
-                self.dimensions()
-            );
+            let known: Vec<_> = Axis::ALL[..self.case.dimension].iter().map(|axis| axis.name()).collect();
+            let message = format!("`{place}` is `{}`, but the case has only {}", axis.name(), self.dimensions());
             self.report(place, message, format!("the axes here are {}", list(&known)));
         }
     }
@@ -634,21 +509,12 @@ impl<'a> Checks<'a> {
             let (min, max) = (region.min[axis], region.max[axis]);
             let (lower, upper) = self.extent(axis);
             if min > max {
-                let message = format!(
-                    "`{key}.min[{axis}]` = {} must not exceed `max[{axis}]` = {}",
-                    number(min),
-                    number(max)
-                );
-                self.report(
-                    key.clone().key("min").index(axis),
-                    message,
-                    "the lower corner comes first",
-                );
+                let message =
+                    format!("`{key}.min[{axis}]` = {} must not exceed `max[{axis}]` = {}", number(min), number(max));
+                self.report(key.clone().key("min").index(axis), message, "the lower corner comes first");
             } else if self.has_grid && (max < lower || min > upper) {
-                let message = format!(
-                    "`{key}` holds no node: along {} it lies outside the grid",
-                    Axis::ALL[axis].name()
-                );
+                let message =
+                    format!("`{key}` holds no node: along {} it lies outside the grid", Axis::ALL[axis].name());
                 let help = format!("there the grid reaches from {} to {}", number(lower), number(upper));
                 self.report(key.clone().key("min").index(axis), message, help);
             }
@@ -666,11 +532,7 @@ impl<'a> Checks<'a> {
         let case = self.case;
         let is_misspelt = |body: &Body| body.name.is_none() && !case.materials.contains_key(&body.material);
         let guesses = case.materials.keys().filter(|_| case.bodies.iter().any(is_misspelt));
-        case.bodies
-            .iter()
-            .map(Body::name)
-            .chain(guesses.map(String::as_str))
-            .collect()
+        case.bodies.iter().map(Body::name).chain(guesses.map(String::as_str)).collect()
     }
 
     fn loads(&mut self) {
@@ -684,11 +546,7 @@ impl<'a> Checks<'a> {
 
     fn history(&mut self, key: &KeyPath, history: &[[f64; 2]]) {
         if history.is_empty() {
-            self.report(
-                key.clone(),
-                format!("`{key}` is empty"),
-                "leave it out for the full load from the start",
-            );
+            self.report(key.clone(), format!("`{key}` is empty"), "leave it out for the full load from the start");
         }
         for (index, point) in history.iter().enumerate() {
             for (part, &value) in point.iter().enumerate() {
@@ -703,11 +561,7 @@ impl<'a> Checks<'a> {
                     number(pair[1][0]),
                     number(pair[0][0])
                 );
-                self.report(
-                    place,
-                    message,
-                    "each point is [time, factor]; for a jump, put two times close together",
-                );
+                self.report(place, message, "each point is [time, factor]; for a jump, put two times close together");
             }
         }
     }
@@ -737,15 +591,8 @@ impl<'a> Checks<'a> {
             let key = KeyPath::from("probes").index(index);
             self.probe_name(key.clone().key("name"), &probe.name);
             if let Some(first) = names.insert(probe.name.as_str(), index) {
-                let message = format!(
-                    "`probes[{first}]` and `{key}` are both called `{}`",
-                    quoted(&probe.name)
-                );
-                self.report(
-                    key.clone().key("name"),
-                    message,
-                    "their columns in history.csv need different names",
-                );
+                let message = format!("`probes[{first}]` and `{key}` are both called `{}`", quoted(&probe.name));
+                self.report(key.clone().key("name"), message, "their columns in history.csv need different names");
             }
             if probe.pressure_at.is_none() && probe.displacement_at.is_none() {
                 self.report(
@@ -767,20 +614,13 @@ impl<'a> Checks<'a> {
     fn probe_name(&mut self, key: KeyPath, name: &str) {
         let is_forbidden = |c: char| c.is_whitespace() || c.is_control() || matches!(c, '.' | ',' | '"');
         if name.is_empty() {
-            self.report(
-                key.clone(),
-                format!("`{key}` is empty"),
-                "it heads columns in history.csv: give it a word",
-            );
+            self.report(key.clone(), format!("`{key}` is empty"), "it heads columns in history.csv: give it a word");
         } else if name.contains(is_forbidden) {
             let cure: Vec<_> = name.split(is_forbidden).filter(|word| !word.is_empty()).collect();
             let help = format!("it heads columns in history.csv; write \"{}\"", cure.join("-"));
             self.report(
                 key.clone(),
-                format!(
-                    "`{key}` = \"{}\" must not hold dots, commas, quotes or blanks",
-                    quoted(name)
-                ),
+                format!("`{key}` = \"{}\" must not hold dots, commas, quotes or blanks", quoted(name)),
                 help,
             );
         }
@@ -796,18 +636,12 @@ impl<'a> Checks<'a> {
 
     fn output(&mut self) {
         let output = &self.case.output;
-        let intervals = [
-            ("output.every", Some(output.every)),
-            ("output.fields_every", output.fields_every),
-        ];
+        let intervals = [("output.every", Some(output.every)), ("output.fields_every", output.fields_every)];
         for (key, interval) in intervals {
             let Some(interval) = interval else { continue };
             if self.positive(key, interval) && interval > self.case.time.end {
                 let end = number(self.case.time.end);
-                let message = format!(
-                    "`{key}` = {} is longer than the run, `time.end` = {end}",
-                    number(interval)
-                );
+                let message = format!("`{key}` = {} is longer than the run, `time.end` = {end}", number(interval));
                 self.report(key, message, "nothing would be written on the way");
             }
         }

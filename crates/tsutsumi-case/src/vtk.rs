@@ -199,11 +199,7 @@ pub struct Field<'a> {
 impl<'a> Field<'a> {
     /// A field of `components` numbers per point or cell, borrowed (`&[f64]`, `&Vec<f64>`) or given away (`Vec<f64>`).
     pub fn new(name: &'a str, components: usize, data: impl Into<Cow<'a, [f64]>>) -> Self {
-        Self {
-            name,
-            components,
-            data: data.into(),
-        }
+        Self { name, components, data: data.into() }
     }
 
     /// A scalar field: one number per point or cell.
@@ -245,12 +241,7 @@ pub struct Lattice {
 /// then as it was before.
 pub fn write_points(path: &Path, time: f64, points: &[[f64; 3]], fields: &[Field]) -> Result<(), VtkError> {
     let connectivity: Vec<i64> = (0..points.len() as i64).collect();
-    let mesh = Mesh {
-        points,
-        connectivity: &connectivity,
-        points_per_cell: 1,
-        cell_type: VERTEX,
-    };
+    let mesh = Mesh { points, connectivity: &connectivity, points_per_cell: 1, cell_type: VERTEX };
     mesh.write(path, time, "PointData", fields)
 }
 
@@ -278,19 +269,12 @@ pub fn write_cells(
         2 => QUAD,
         3 => HEXAHEDRON,
         _ => {
-            return Err(VtkError::Dimension {
-                path: path.into(),
-                dimension,
-            });
+            return Err(VtkError::Dimension { path: path.into(), dimension });
         }
     };
     for (axis, &spacing) in lattice.spacing.iter().enumerate().take(dimension) {
         if !(spacing.is_finite() && spacing > 0.0) {
-            return Err(VtkError::Spacing {
-                path: path.into(),
-                axis,
-                spacing,
-            });
+            return Err(VtkError::Spacing { path: path.into(), axis, spacing });
         }
     }
 
@@ -301,13 +285,7 @@ pub fn write_cells(
         for (axis, &index) in cell.iter().enumerate() {
             let max = if axis < dimension { MAX_INDEX } else { 0 };
             if index > max {
-                return Err(VtkError::CellIndex {
-                    path: path.into(),
-                    cell: number,
-                    axis,
-                    index,
-                    max,
-                });
+                return Err(VtkError::CellIndex { path: path.into(), cell: number, axis, index, max });
             }
         }
         for step in corners {
@@ -323,12 +301,7 @@ pub fn write_cells(
         }
     }
 
-    let mesh = Mesh {
-        points: &points,
-        connectivity: &connectivity,
-        points_per_cell: corners.len(),
-        cell_type,
-    };
+    let mesh = Mesh { points: &points, connectivity: &connectivity, points_per_cell: corners.len(), cell_type };
     mesh.write(path, time, "CellData", fields)
 }
 
@@ -344,10 +317,7 @@ pub struct Collection {
 impl Collection {
     /// An empty collection at `path`. Nothing is written before the first [`push`](Self::push).
     pub fn new(path: impl Into<PathBuf>) -> Self {
-        Self {
-            path: path.into(),
-            entries: Vec::new(),
-        }
+        Self { path: path.into(), entries: Vec::new() }
     }
 
     /// The collection that an earlier run left at `path`, with its entries up to and including the time `until` (s).
@@ -365,23 +335,15 @@ impl Collection {
             Ok(text) => text,
             Err(source) if source.kind() == io::ErrorKind::NotFound => return Ok(collection),
             Err(source) => {
-                return Err(VtkError::Read {
-                    path: path.clone(),
-                    source,
-                });
+                return Err(VtkError::Read { path: path.clone(), source });
             }
         };
         for (number, line) in text.lines().enumerate().filter(|(_, line)| line.contains("<DataSet")) {
             let attribute = |key: &str| line.split_once(key)?.1.split_once('"').map(|(value, _)| value);
-            let time = attribute(" timestep=\"")
-                .and_then(|time| time.parse().ok())
-                .filter(|time: &f64| time.is_finite());
+            let time =
+                attribute(" timestep=\"").and_then(|time| time.parse().ok()).filter(|time: &f64| time.is_finite());
             let (Some(time), Some(file)) = (time, attribute(" file=\"")) else {
-                return Err(VtkError::Entry {
-                    path: path.clone(),
-                    line: number + 1,
-                    found: line.into(),
-                });
+                return Err(VtkError::Entry { path: path.clone(), line: number + 1, found: line.into() });
             };
             if time <= until {
                 collection.entries.push((time, unescape(file)));
@@ -404,11 +366,7 @@ impl Collection {
         if let Some(&(last, _)) = self.entries.last()
             && time <= last
         {
-            return Err(VtkError::TimeOrder {
-                path: self.path.clone(),
-                time,
-                last,
-            });
+            return Err(VtkError::TimeOrder { path: self.path.clone(), time, last });
         }
         self.entries.push((time, file.into()));
         self.write().inspect_err(|_| drop(self.entries.pop()))
@@ -431,10 +389,7 @@ impl Collection {
             out.write_all(b"  <Collection>\n")?;
             for (time, file) in &self.entries {
                 let file = escape(file);
-                writeln!(
-                    out,
-                    "    <DataSet timestep=\"{time:?}\" group=\"\" part=\"0\" file=\"{file}\"/>"
-                )?;
+                writeln!(out, "    <DataSet timestep=\"{time:?}\" group=\"\" part=\"0\" file=\"{file}\"/>")?;
             }
             out.write_all(b"  </Collection>\n</VTKFile>\n")
         })
@@ -457,10 +412,7 @@ impl Mesh<'_> {
         check_time(path, time)?;
         check_fields(path, num_cells, fields)?;
 
-        let failed = |source| VtkError::Write {
-            path: path.into(),
-            source,
-        };
+        let failed = |source| VtkError::Write { path: path.into(), source };
         let arrays = self.arrays(time, fields, num_cells).map_err(failed)?;
         let mut offset = arrays.iter().map(|array| array.packed.len()).sum();
         let mut elements = arrays.iter().map(|array| {
@@ -476,10 +428,7 @@ impl Mesh<'_> {
             "<VTKFile type=\"UnstructuredGrid\" version=\"1.0\" byte_order=\"LittleEndian\" header_type=\"UInt64\" \
              compressor=\"vtkZLibDataCompressor\">\n<UnstructuredGrid>\n",
             &section("FieldData", 1),
-            &format!(
-                "<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{num_cells}\">\n",
-                self.points.len()
-            ),
+            &format!("<Piece NumberOfPoints=\"{}\" NumberOfCells=\"{num_cells}\">\n", self.points.len()),
             &section(location, fields.len()),
             &section("Points", 1),
             &section("Cells", 3),
@@ -498,35 +447,15 @@ impl Mesh<'_> {
 
     /// All arrays of the file, in the order of the document: time, fields, points and cells.
     fn arrays<'a>(&self, time: f64, fields: &'a [Field], num_cells: usize) -> io::Result<Vec<Array<'a>>> {
-        let offsets: Vec<i64> = (1..=num_cells)
-            .map(|cell| (cell * self.points_per_cell) as i64)
-            .collect();
+        let offsets: Vec<i64> = (1..=num_cells).map(|cell| (cell * self.points_per_cell) as i64).collect();
         let types = vec![self.cell_type; num_cells];
 
         let mut arrays = vec![Array::pack("TimeValue", "Float64", 1, &[time], f64::to_le_bytes)?];
         for field in fields {
-            arrays.push(Array::pack(
-                field.name,
-                "Float64",
-                field.components,
-                &field.data,
-                f64::to_le_bytes,
-            )?);
+            arrays.push(Array::pack(field.name, "Float64", field.components, &field.data, f64::to_le_bytes)?);
         }
-        arrays.push(Array::pack(
-            "Points",
-            "Float64",
-            3,
-            self.points.as_flattened(),
-            f64::to_le_bytes,
-        )?);
-        arrays.push(Array::pack(
-            "connectivity",
-            "Int64",
-            1,
-            self.connectivity,
-            i64::to_le_bytes,
-        )?);
+        arrays.push(Array::pack("Points", "Float64", 3, self.points.as_flattened(), f64::to_le_bytes)?);
+        arrays.push(Array::pack("connectivity", "Int64", 1, self.connectivity, i64::to_le_bytes)?);
         arrays.push(Array::pack("offsets", "Int64", 1, &offsets, i64::to_le_bytes)?);
         arrays.push(Array::pack("types", "UInt8", 1, &types, u8::to_le_bytes)?);
         Ok(arrays)
@@ -569,29 +498,14 @@ impl<'a> Array<'a> {
         let header = [sizes.len(), BLOCK_SIZE, short_block].into_iter().chain(sizes);
         let mut packed: Vec<u8> = header.flat_map(|size| (size as u64).to_le_bytes()).collect();
         packed.append(&mut streams);
-        Ok(Self {
-            name,
-            number_type,
-            components,
-            tuples: values.len() / components,
-            packed,
-        })
+        Ok(Self { name, number_type, components, tuples: values.len() / components, packed })
     }
 
     /// The XML element that points to the array, `offset` bytes into the appended data.
     fn element(&self, offset: usize) -> String {
-        let Self {
-            number_type,
-            components,
-            tuples,
-            ..
-        } = self;
+        let Self { number_type, components, tuples, .. } = self;
         let name = escape(self.name);
-        let components = if *components == 1 {
-            String::new()
-        } else {
-            format!(" NumberOfComponents=\"{components}\"")
-        };
+        let components = if *components == 1 { String::new() } else { format!(" NumberOfComponents=\"{components}\"") };
         format!(
             "<DataArray type=\"{number_type}\" Name=\"{name}\"{components} NumberOfTuples=\"{tuples}\" \
              format=\"appended\" offset=\"{offset}\"/>\n"
@@ -611,22 +525,12 @@ fn replace_file(path: &Path, fill: impl FnOnce(&mut dyn Write) -> io::Result<()>
     };
     create().map_err(|source| {
         let _ = fs::remove_file(&temporary); // may not exist; the first error is the one to report
-        VtkError::Write {
-            path: path.into(),
-            source,
-        }
+        VtkError::Write { path: path.into(), source }
     })
 }
 
 fn check_time(path: &Path, time: f64) -> Result<(), VtkError> {
-    if time.is_finite() {
-        Ok(())
-    } else {
-        Err(VtkError::Time {
-            path: path.into(),
-            time,
-        })
-    }
+    if time.is_finite() { Ok(()) } else { Err(VtkError::Time { path: path.into(), time }) }
 }
 
 /// A name must not be empty, and must consist of characters that XML 1.0 can hold.
@@ -635,43 +539,24 @@ fn check_name(path: &Path, name: &str) -> Result<(), VtkError> {
     if !name.is_empty() && name.chars().all(in_xml) {
         Ok(())
     } else {
-        Err(VtkError::Name {
-            path: path.into(),
-            name: name.into(),
-        })
+        Err(VtkError::Name { path: path.into(), name: name.into() })
     }
 }
 
 /// Every field has its own name and `count` × components numbers.
 fn check_fields(path: &Path, count: usize, fields: &[Field]) -> Result<(), VtkError> {
     for (number, field) in fields.iter().enumerate() {
-        let &Field {
-            name,
-            components,
-            ref data,
-        } = field;
+        let &Field { name, components, ref data } = field;
         check_name(path, name)?;
         if fields.iter().take(number).any(|other| other.name == name) {
-            return Err(VtkError::FieldTwice {
-                path: path.into(),
-                field: name.into(),
-            });
+            return Err(VtkError::FieldTwice { path: path.into(), field: name.into() });
         }
         if components == 0 {
-            return Err(VtkError::FieldComponents {
-                path: path.into(),
-                field: name.into(),
-            });
+            return Err(VtkError::FieldComponents { path: path.into(), field: name.into() });
         }
         if count.checked_mul(components) != Some(data.len()) {
             let (field, found) = (name.into(), data.len());
-            return Err(VtkError::FieldLength {
-                path: path.into(),
-                field,
-                components,
-                count,
-                found,
-            });
+            return Err(VtkError::FieldLength { path: path.into(), field, components, count, found });
         }
     }
     Ok(())
@@ -702,9 +587,7 @@ fn escape(text: &str) -> String {
 
 /// Undoes [`escape`]. The ampersand comes last, so that `&amp;lt;` gives `&lt;`.
 fn unescape(text: &str) -> String {
-    ESCAPES.iter().rev().fold(text.to_owned(), |text, (plain, entity)| {
-        text.replace(entity, &plain.to_string())
-    })
+    ESCAPES.iter().rev().fold(text.to_owned(), |text, (plain, entity)| text.replace(entity, &plain.to_string()))
 }
 
 #[cfg(test)]
@@ -730,10 +613,8 @@ mod tests {
         }
 
         fn names(&self) -> Vec<String> {
-            let mut names: Vec<_> = fs::read_dir(&self.0)
-                .unwrap()
-                .map(|entry| entry.unwrap().file_name().into_string().unwrap())
-                .collect();
+            let mut names: Vec<_> =
+                fs::read_dir(&self.0).unwrap().map(|entry| entry.unwrap().file_name().into_string().unwrap()).collect();
             names.sort();
             names
         }
@@ -757,10 +638,7 @@ mod tests {
             let head = &bytes[..bytes.len().min(10_000)];
             let start_tag = b"<AppendedData encoding=\"raw\">\n_";
             let end_tag = b"\n</AppendedData>\n</VTKFile>\n";
-            let start = head
-                .windows(start_tag.len())
-                .position(|window| window == start_tag)
-                .unwrap();
+            let start = head.windows(start_tag.len()).position(|window| window == start_tag).unwrap();
             assert!(bytes.ends_with(end_tag));
             Self {
                 header: String::from_utf8(bytes[..start].to_vec()).unwrap(),
@@ -811,18 +689,12 @@ mod tests {
 
         fn bits(&self, name: &str) -> Vec<u64> {
             assert_eq!(Self::attribute(self.element(name), "type"), "Float64");
-            self.bytes(name)
-                .chunks_exact(8)
-                .map(|word| u64::from_le_bytes(word.try_into().unwrap()))
-                .collect()
+            self.bytes(name).chunks_exact(8).map(|word| u64::from_le_bytes(word.try_into().unwrap())).collect()
         }
 
         fn integers(&self, name: &str) -> Vec<i64> {
             assert_eq!(Self::attribute(self.element(name), "type"), "Int64");
-            self.bytes(name)
-                .chunks_exact(8)
-                .map(|word| i64::from_le_bytes(word.try_into().unwrap()))
-                .collect()
+            self.bytes(name).chunks_exact(8).map(|word| i64::from_le_bytes(word.try_into().unwrap())).collect()
         }
     }
 
@@ -842,11 +714,7 @@ mod tests {
         (0..count).map(|_| next()).collect()
     }
 
-    const UNIT: Lattice = Lattice {
-        dimension: 3,
-        origin: [0.0; 3],
-        spacing: [1.0; 3],
-    };
+    const UNIT: Lattice = Lattice { dimension: 3, origin: [0.0; 3], spacing: [1.0; 3] };
 
     #[test]
     fn points_come_back_bit_for_bit() {
@@ -866,10 +734,7 @@ mod tests {
 
         let file = Decoded::read(&path);
         assert!(file.header.contains("NumberOfPoints=\"3\" NumberOfCells=\"3\""));
-        assert!(
-            file.header
-                .contains("byte_order=\"LittleEndian\" header_type=\"UInt64\"")
-        );
+        assert!(file.header.contains("byte_order=\"LittleEndian\" header_type=\"UInt64\""));
         assert_eq!(file.bits("TimeValue"), bits(&[0.1]));
         assert_eq!(file.bits("Points"), bits(points.as_flattened()));
         assert_eq!(file.bits("pressure"), bits(&pressure));
@@ -933,11 +798,7 @@ mod tests {
         let path = folder.file("c.vtu");
 
         // o---o   o---o      a gap, and corners at 0.1 · 3 that sums of 0.1 would miss
-        let line = Lattice {
-            dimension: 1,
-            origin: [0.5, 7.0, 8.0],
-            spacing: [0.1, f64::NAN, 0.0],
-        };
+        let line = Lattice { dimension: 1, origin: [0.5, 7.0, 8.0], spacing: [0.1, f64::NAN, 0.0] };
         write_cells(&path, 2.0, &line, &[[0, 0, 0], [1, 0, 0], [3, 0, 0]], &[]).unwrap();
         let file = Decoded::read(&path);
         let x = [0.5, 0.5 + 0.1, 0.5 + 2.0 * 0.1, 0.5 + 3.0 * 0.1, 0.5 + 4.0 * 0.1];
@@ -951,29 +812,11 @@ mod tests {
         // 3---2---5
         // | 0 | 1 |
         // 0---1---4
-        let plane = Lattice {
-            dimension: 2,
-            origin: [-1.0, 2.0, 0.0],
-            spacing: [2.0, 0.25, 1.0],
-        };
+        let plane = Lattice { dimension: 2, origin: [-1.0, 2.0, 0.0], spacing: [2.0, 0.25, 1.0] };
         let pressure = [1.5, f64::NAN];
-        write_cells(
-            &path,
-            0.0,
-            &plane,
-            &[[0, 4, 0], [1, 4, 0]],
-            &[Field::scalar("pressure", &pressure)],
-        )
-        .unwrap();
+        write_cells(&path, 0.0, &plane, &[[0, 4, 0], [1, 4, 0]], &[Field::scalar("pressure", &pressure)]).unwrap();
         let file = Decoded::read(&path);
-        let xy = [
-            [-1.0, 3.0],
-            [1.0, 3.0],
-            [1.0, 3.25],
-            [-1.0, 3.25],
-            [3.0, 3.0],
-            [3.0, 3.25],
-        ];
+        let xy = [[-1.0, 3.0], [1.0, 3.0], [1.0, 3.25], [-1.0, 3.25], [3.0, 3.0], [3.0, 3.25]];
         let points: Vec<f64> = xy.iter().flat_map(|&[x, y]| [x, y, 0.0]).collect();
         assert_eq!(file.bits("Points"), bits(&points));
         assert_eq!(file.integers("connectivity"), [0, 1, 2, 3, 1, 4, 5, 2]);
@@ -986,10 +829,7 @@ mod tests {
         write_cells(&path, 0.0, &UNIT, &[[0, 0, 0], [0, 0, 1]], &[]).unwrap();
         let file = Decoded::read(&path);
         assert!(file.header.contains("NumberOfPoints=\"12\" NumberOfCells=\"2\""));
-        assert_eq!(
-            file.integers("connectivity"),
-            [0, 1, 2, 3, 4, 5, 6, 7, 4, 5, 6, 7, 8, 9, 10, 11]
-        );
+        assert_eq!(file.integers("connectivity"), [0, 1, 2, 3, 4, 5, 6, 7, 4, 5, 6, 7, 8, 9, 10, 11]);
         assert_eq!(file.bytes("types"), [12, 12]);
     }
 
@@ -1001,11 +841,7 @@ mod tests {
         write_cells(&path, 0.0, &UNIT, &[[0, 0, 0]], &[]).unwrap();
         let file = Decoded::read(&path);
         let values: Vec<f64> = file.bits("Points").into_iter().map(f64::from_bits).collect();
-        let corners: Vec<_> = file
-            .integers("connectivity")
-            .iter()
-            .map(|&i| &values[3 * i as usize..][..3])
-            .collect();
+        let corners: Vec<_> = file.integers("connectivity").iter().map(|&i| &values[3 * i as usize..][..3]).collect();
         // The description in VTK's manual: (0,1,2,3) is the base, (4,5,6,7) lies above it in the same sense.
         let base = [[0.0, 0.0], [1.0, 0.0], [1.0, 1.0], [0.0, 1.0]];
         for (i, [x, y]) in base.into_iter().enumerate() {
@@ -1019,10 +855,11 @@ mod tests {
         let folder = Folder::new("empty");
         let path = folder.file("e.vtu");
         let fields = [Field::scalar("pressure", &[]), Field::vector("velocity", &[])];
-        for write in [
-            (|path, fields| write_points(path, 1.0, &[], fields)) as fn(&Path, &[Field]) -> _,
-            |path, fields| write_cells(path, 1.0, &UNIT, &[], fields),
-        ] {
+        for write in
+            [(|path, fields| write_points(path, 1.0, &[], fields)) as fn(&Path, &[Field]) -> _, |path, fields| {
+                write_cells(path, 1.0, &UNIT, &[], fields)
+            }]
+        {
             write(&path, &fields).unwrap();
             let file = Decoded::read(&path);
             assert!(file.header.contains("NumberOfPoints=\"0\" NumberOfCells=\"0\""));
@@ -1051,10 +888,7 @@ mod tests {
         let name = "σ' <\"p\" & q>\t(kPa)";
         write_points(&path, 0.0, &[[0.0; 3]], &[Field::scalar(name, &[1.0])]).unwrap();
         let file = Decoded::read(&path);
-        assert_eq!(
-            file.bits("σ&apos; &lt;&quot;p&quot; &amp; q&gt;&#9;(kPa)"),
-            bits(&[1.0])
-        );
+        assert_eq!(file.bits("σ&apos; &lt;&quot;p&quot; &amp; q&gt;&#9;(kPa)"), bits(&[1.0]));
         assert_eq!(unescape(&escape("&amp;lt; &#10;\n&")), "&amp;lt; &#10;\n&");
 
         for bad in ["", "a\0", "\u{1b}[1m", "\u{ffff}"] {
@@ -1069,29 +903,12 @@ mod tests {
         let path = folder.file("f.vtu");
         let write = |fields: &[Field]| write_points(&path, 0.0, &[[0.0; 3]; 2], fields).unwrap_err();
 
-        let error = write(&[
-            Field::scalar("pressure", &[1.0, 2.0]),
-            Field::new("stress", 6, vec![0.0; 11]),
-        ]);
-        assert!(matches!(
-            &error,
-            VtkError::FieldLength {
-                components: 6,
-                count: 2,
-                found: 11,
-                ..
-            }
-        ));
+        let error = write(&[Field::scalar("pressure", &[1.0, 2.0]), Field::new("stress", 6, vec![0.0; 11])]);
+        assert!(matches!(&error, VtkError::FieldLength { components: 6, count: 2, found: 11, .. }));
         let text = error.to_string();
-        assert!(
-            text.ends_with("f.vtu: field `stress` holds 11 numbers, expected 2 × 6 components"),
-            "{text}"
-        );
+        assert!(text.ends_with("f.vtu: field `stress` holds 11 numbers, expected 2 × 6 components"), "{text}");
 
-        let error = write(&[
-            Field::scalar("pressure", &[1.0, 2.0]),
-            Field::scalar("pressure", &[1.0, 2.0]),
-        ]);
+        let error = write(&[Field::scalar("pressure", &[1.0, 2.0]), Field::scalar("pressure", &[1.0, 2.0])]);
         assert!(matches!(error, VtkError::FieldTwice { field, .. } if field == "pressure"));
         let error = write(&[Field::new("pressure", 0, Vec::new())]);
         assert!(matches!(error, VtkError::FieldComponents { field, .. } if field == "pressure"));
@@ -1115,36 +932,13 @@ mod tests {
             assert!(matches!(error, VtkError::Dimension { dimension: found, .. } if found == dimension));
         }
         for bad in [0.0, -1.0, f64::NAN, f64::INFINITY] {
-            let error = write(
-                Lattice {
-                    spacing: [1.0, bad, 1.0],
-                    ..UNIT
-                },
-                [0; 3],
-            );
+            let error = write(Lattice { spacing: [1.0, bad, 1.0], ..UNIT }, [0; 3]);
             assert!(matches!(error, VtkError::Spacing { axis: 1, .. }));
         }
         let error = write(Lattice { dimension: 2, ..UNIT }, [0, 0, 1]);
-        assert!(matches!(
-            error,
-            VtkError::CellIndex {
-                cell: 1,
-                axis: 2,
-                index: 1,
-                max: 0,
-                ..
-            }
-        ));
+        assert!(matches!(error, VtkError::CellIndex { cell: 1, axis: 2, index: 1, max: 0, .. }));
         let error = write(UNIT, [usize::MAX, 0, 0]);
-        assert!(matches!(
-            error,
-            VtkError::CellIndex {
-                cell: 1,
-                axis: 0,
-                index: usize::MAX,
-                ..
-            }
-        ));
+        assert!(matches!(error, VtkError::CellIndex { cell: 1, axis: 0, index: usize::MAX, .. }));
         for bad in [f64::NAN, f64::INFINITY] {
             let error = write_points(&path, bad, &[], &[]).unwrap_err();
             assert!(matches!(error, VtkError::Time { .. }));

@@ -109,10 +109,7 @@ fn print(text: &str) -> u8 {
 
 fn open(arguments: &CaseArguments) -> Result<CaseSource, CaseError> {
     let source = CaseSource::read(&arguments.case)?;
-    arguments
-        .overrides
-        .iter()
-        .try_fold(source, |source, assignment| source.with_override(assignment))
+    arguments.overrides.iter().try_fold(source, |source, assignment| source.with_override(assignment))
 }
 
 fn refuse(error: &CaseError) -> u8 {
@@ -170,11 +167,7 @@ fn report(summary: &RunSummary, quiet: bool) -> u8 {
             INTERRUPTED
         }
         Outcome::Failed(reason) => {
-            eprintln!(
-                "error: {reason}\nthe results end at t = {} s, in {}",
-                summary.time,
-                summary.folder.display()
-            );
+            eprintln!("error: {reason}\nthe results end at t = {} s, in {}", summary.time, summary.folder.display());
             RUN_FAILED
         }
     }

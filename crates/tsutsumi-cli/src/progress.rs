@@ -44,11 +44,7 @@ impl Display {
             (false, true) => Style::Bar(bar()),
             (false, false) => Style::Lines { last: Instant::now() },
         };
-        Display {
-            stop,
-            started: Instant::now(),
-            style,
-        }
+        Display { stop, started: Instant::now(), style }
     }
 
     /// Takes the bar away.
@@ -63,15 +59,8 @@ impl Display {
         let share = progress.time / progress.end;
         let all = progress.steps as f64 + (progress.end - progress.time) / progress.dt;
         let left = self.started.elapsed().as_secs_f64() * (1.0 - share) / share;
-        let left = if left.is_finite() {
-            format!(", {left:.0} s left")
-        } else {
-            String::new()
-        };
-        format!(
-            "step {} of {all:.0}, t = {:.4e} of {} s{left}",
-            progress.steps, progress.time, progress.end
-        )
+        let left = if left.is_finite() { format!(", {left:.0} s left") } else { String::new() };
+        format!("step {} of {all:.0}, t = {:.4e} of {} s{left}", progress.steps, progress.time, progress.end)
     }
 }
 
@@ -106,10 +95,6 @@ impl Observer for Display {
             }
             Style::Lines { .. } => {}
         }
-        if self.stop.load(Ordering::Relaxed) {
-            Wish::Stop
-        } else {
-            Wish::Continue
-        }
+        if self.stop.load(Ordering::Relaxed) { Wish::Stop } else { Wish::Continue }
     }
 }

@@ -72,11 +72,7 @@ impl Layer {
 
     /// The settlement of the top (m, positive downwards) at a time (s).
     pub fn settlement(&self, ramp: Ramp, time: f64) -> f64 {
-        let load = if time >= ramp.duration {
-            ramp.load
-        } else {
-            ramp.load * time.max(0.0) / ramp.duration
-        };
+        let load = if time >= ramp.duration { ramp.load } else { ramp.load * time.max(0.0) / ramp.duration };
         self.height / self.modulus * (load - self.respond(ramp, time, Sum::Mean))
     }
 
@@ -86,11 +82,7 @@ impl Layer {
         let load = self.undrained_share() * ramp.load;
         if ramp.duration > 0.0 {
             let endless = |time: f64| {
-                if time > 0.0 {
-                    sum.steady() - sum.decaying(rate * time, 3)
-                } else {
-                    0.0
-                }
+                if time > 0.0 { sum.steady() - sum.decaying(rate * time, 3) } else { 0.0 }
             };
             load / (ramp.duration * rate) * (endless(time) - endless(time - ramp.duration))
         } else if time > 0.0 {
@@ -137,39 +129,21 @@ mod tests {
     /// The material of Goto et al. with an incompressible fluid: c_v = 0.0928 m²/s.
     fn layer(height: f64) -> Layer {
         let (modulus, conductivity, unit_weight) = (16.5e6, 5.52e-5, 9810.0);
-        Layer {
-            height,
-            modulus,
-            conductivity,
-            unit_weight,
-            fluid_compressibility: 0.0,
-        }
+        Layer { height, modulus, conductivity, unit_weight, fluid_compressibility: 0.0 }
     }
 
-    const RAMP: Ramp = Ramp {
-        load: 50e3,
-        duration: 1000.0,
-    };
+    const RAMP: Ramp = Ramp { load: 50e3, duration: 1000.0 };
 
     fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!(
-            (value - expected).abs() <= tolerance,
-            "{value} is not {expected} ± {tolerance}"
-        );
+        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
     }
 
     /// Terzaghi's table: base p_w/q, mid-height p_w/q and U at time factors T, five digits (Taylor 1948 and every
     /// textbook since; recomputed independently).
     #[test]
     fn a_load_put_on_at_once_follows_terzaghis_table() {
-        let layer = Layer {
-            height: 2.0,
-            ..layer(2.0)
-        };
-        let step = Ramp {
-            load: 1.0,
-            duration: 0.0,
-        };
+        let layer = Layer { height: 2.0, ..layer(2.0) };
+        let step = Ramp { load: 1.0, duration: 0.0 };
         let table = [
             (0.01, 1.00000, 0.99959, 0.11284),
             (0.05, 0.99687, 0.88615, 0.25231),
@@ -205,11 +179,7 @@ mod tests {
     /// is 6e-6 of the largest settlement and 2e-5 of the largest pressure.
     #[test]
     fn the_ramp_agrees_with_opensees() {
-        let layer = Layer {
-            fluid_compressibility: 0.4 / 2.2e9,
-            unit_weight: 9800.0,
-            ..layer(10.0)
-        };
+        let layer = Layer { fluid_compressibility: 0.4 / 2.2e9, unit_weight: 9800.0, ..layer(10.0) };
         for (time, settlement, base) in OPENSEES {
             assert_close(layer.settlement(RAMP, time), settlement, 6e-6 * 0.0303 + 1e-9);
             assert_close(layer.pressure(RAMP, 10.0, time), base, 2e-5 * 24.2e3);
@@ -235,10 +205,7 @@ mod tests {
     /// Water drained (by Darcy's law at the top) plus water compressed is the settlement: an independent balance.
     #[test]
     fn the_water_balance_closes() {
-        let layer = Layer {
-            fluid_compressibility: 1e-8,
-            ..layer(10.0)
-        };
+        let layer = Layer { fluid_compressibility: 1e-8, ..layer(10.0) };
         let flow = |time: f64| {
             let gradient = layer.pressure(RAMP, 1e-6, time) / 1e-6;
             layer.conductivity / layer.unit_weight * gradient
@@ -255,10 +222,7 @@ mod tests {
             }
         };
         let at = |i: usize| end * i as f64 / count as f64;
-        let drained: f64 = (0..=count)
-            .map(|i| weight(i) * flow(at(i).powi(2)) * 2.0 * at(i))
-            .sum::<f64>()
-            * end
+        let drained: f64 = (0..=count).map(|i| weight(i) * flow(at(i).powi(2)) * 2.0 * at(i)).sum::<f64>() * end
             / (3.0 * count as f64);
         let compressed: f64 = (0..1000)
             .map(|i| layer.pressure(RAMP, (i as f64 + 0.5) * 0.01, 800.0) * 0.01 * layer.fluid_compressibility)

@@ -27,10 +27,7 @@ use tsutsumi::velocity::{Mpm1, VelocityUpdate};
 use crate::reading::outermost;
 
 /// The soil of Goto et al., sec. 3: G = 1.5 MPa, E_oed = 16.5 MPa.
-pub const PAPER_SOIL: LinearElastic = LinearElastic {
-    young: 4.35e6,
-    poisson: 0.45,
-};
+pub const PAPER_SOIL: LinearElastic = LinearElastic { young: 4.35e6, poisson: 0.45 };
 
 /// Its density with the pore water (kg/m³).
 pub const PAPER_DENSITY: f64 = 1500.0;
@@ -42,11 +39,7 @@ pub const PAPER_CONDUCTIVITY: f64 = 5.52e-5;
 pub const POROSITY: f64 = 0.4;
 
 /// Water: chosen, the paper has no values.
-pub const WATER: Fluid = Fluid {
-    density: 1000.0,
-    bulk_modulus: 2.2e9,
-    unit_weight: 9800.0,
-};
+pub const WATER: Fluid = Fluid { density: 1000.0, bulk_modulus: 2.2e9, unit_weight: 9800.0 };
 
 /// A quantity as a function of position.
 type Field<T, const D: usize> = Box<dyn Fn(Vector<D>) -> T>;
@@ -232,12 +225,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
     }
 
     fn load(mut self, side: Side, traction: Vector<D>, history: History, applied_to: AppliedTo) -> Self {
-        self.tractions.push(Traction {
-            side,
-            traction,
-            history,
-            applied_to,
-        });
+        self.tractions.push(Traction { side, traction, history, applied_to });
         self
     }
 
@@ -336,10 +324,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         for load in &self.tractions {
             let force = |p: usize| {
                 let edges = particles.half_size[p] * 2.0;
-                let area: f64 = (0..D)
-                    .filter(|&axis| axis != load.side.axis)
-                    .map(|axis| edges[axis])
-                    .product();
+                let area: f64 = (0..D).filter(|&axis| axis != load.side.axis).map(|axis| edges[axis]).product();
                 (p, load.traction * area)
             };
             boundary.push_load(Load {
@@ -379,10 +364,7 @@ mod tests {
 
     #[test]
     fn fields_and_laws_reach_the_particles() {
-        let law = LinearElastic {
-            young: 1e6,
-            poisson: 0.0,
-        };
+        let law = LinearElastic { young: 1e6, poisson: 0.0 };
         let solver = Body::<1>::column(1.0, 1.0)
             .law(law)
             .density(2000.0)
@@ -391,10 +373,7 @@ mod tests {
             .velocity(|x| x * 3.0)
             .build();
         let particles = solver.particles();
-        assert_eq!(
-            (particles.stress[1].xx, particles.pressure[1], particles.velocity[1][0]),
-            (0.75, 1.5, 2.25)
-        );
+        assert_eq!((particles.stress[1].xx, particles.pressure[1], particles.velocity[1][0]), (0.75, 1.5, 2.25));
         assert_eq!(particles.mass, [1000.0; 2]);
         assert_eq!(solver.groups()[0].wave_moduli(&particles.stress).0, 1e6);
     }

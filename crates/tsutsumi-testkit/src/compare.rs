@@ -7,10 +7,7 @@ pub fn assert_close(what: &str, value: f64, expected: f64, tolerance: f64) {
     if std::env::var("TKDBG").is_ok() {
         eprintln!("DBG {what}: {value:e} vs {expected:e}, off {off:e} of {tolerance:e}");
     } // DBG
-    assert!(
-        off <= tolerance,
-        "{what} is {value:e}, expected {expected:e} ± {tolerance:e}: off by {off:e}"
-    );
+    assert!(off <= tolerance, "{what} is {value:e}, expected {expected:e} ± {tolerance:e}: off by {off:e}");
 }
 
 /// Asserts that two lists have the same length and |value − expected| ≤ tolerance throughout.
@@ -46,10 +43,7 @@ mod tests {
 
     #[test]
     fn the_order_of_a_power_law_is_its_exponent() {
-        let errors: Vec<(f64, f64)> = [2.0, 1.0, 0.5, 0.1]
-            .iter()
-            .map(|&h: &f64| (h, 3.0 * h.powf(1.7)))
-            .collect();
+        let errors: Vec<(f64, f64)> = [2.0, 1.0, 0.5, 0.1].iter().map(|&h: &f64| (h, 3.0 * h.powf(1.7))).collect();
         assert_close("order", observed_order(&errors), 1.7, 1e-13);
         assert!(observed_order(&errors[..1]).is_nan());
     }

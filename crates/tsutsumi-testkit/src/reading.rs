@@ -6,18 +6,12 @@ use tsutsumi::solver::{Solver, StepError};
 
 /// The upper side along the last axis.
 pub fn top<const D: usize>() -> Side {
-    Side {
-        axis: D - 1,
-        upper: true,
-    }
+    Side { axis: D - 1, upper: true }
 }
 
 /// The lower side along the last axis.
 pub fn base<const D: usize>() -> Side {
-    Side {
-        axis: D - 1,
-        upper: false,
-    }
+    Side { axis: D - 1, upper: false }
 }
 
 /// Where the side of a particle's box is along the side's axis (m).
@@ -30,9 +24,7 @@ fn box_side<const D: usize>(particles: &Particles<D>, p: usize, side: Side) -> f
 pub fn outermost<const D: usize>(particles: &Particles<D>, side: Side) -> Vec<usize> {
     let reach = |p: usize| side.sign() * box_side(particles, p, side);
     let farthest = (0..particles.len()).map(reach).fold(f64::NEG_INFINITY, f64::max);
-    (0..particles.len())
-        .filter(|&p| farthest - reach(p) <= 1e-3 * particles.half_size[p][side.axis])
-        .collect()
+    (0..particles.len()).filter(|&p| farthest - reach(p) <= 1e-3 * particles.half_size[p][side.axis]).collect()
 }
 
 /// The mean place of the true surface that these particles carry, along the side's axis (m).

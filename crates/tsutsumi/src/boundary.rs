@@ -36,10 +36,7 @@ impl History {
     /// The factor at a time (s).
     pub fn factor(&self, time: f64) -> f64 {
         let after = self.points.partition_point(|point| point[0] <= time);
-        match (
-            after.checked_sub(1).map(|before| self.points[before]),
-            self.points.get(after),
-        ) {
+        match (after.checked_sub(1).map(|before| self.points[before]), self.points.get(after)) {
             (Some([t0, f0]), Some(&[t1, f1])) => f0 + (f1 - f0) * (time - t0) / (t1 - t0),
             (Some([_, factor]), None) | (None, Some(&[_, factor])) => factor,
             (None, None) => 1.0,
@@ -77,10 +74,7 @@ pub struct Boundary<const D: usize> {
 impl<const D: usize> Boundary<D> {
     /// No support and no load.
     pub fn free(grid: &Grid<D>) -> Self {
-        Boundary {
-            fixed: vec![AxisSet::default(); grid.num_nodes()],
-            loads: Vec::new(),
-        }
+        Boundary { fixed: vec![AxisSet::default(); grid.num_nodes()], loads: Vec::new() }
     }
 
     /// Holds the nodes for which `holds(position)` is true along the given axes.
@@ -164,10 +158,7 @@ mod tests {
     #[test]
     fn histories_are_linear_in_between_and_constant_outside() {
         let ramp = History::new(vec![[1.0, 0.0], [3.0, 4.0]]);
-        assert_eq!(
-            [0.0, 1.0, 1.5, 3.0, 9.0].map(|t| ramp.factor(t)),
-            [0.0, 0.0, 1.0, 4.0, 4.0]
-        );
+        assert_eq!([0.0, 1.0, 1.5, 3.0, 9.0].map(|t| ramp.factor(t)), [0.0, 0.0, 1.0, 4.0, 4.0]);
         assert_eq!(History::new(vec![]).factor(2.0), 1.0);
         let jump = History::new(vec![[0.0, 1.0], [1.0, 1.0], [1.0, 2.0]]);
         assert_eq!([0.5, 1.0].map(|t| jump.factor(t)), [1.0, 2.0]);

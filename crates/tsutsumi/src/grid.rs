@@ -9,7 +9,9 @@ use crate::tensor::Vector;
 pub struct Grid<const D: usize> {
     origin: Vector<D>,
     spacing: Vector<D>,
+    inverse_spacing: Vector<D>,
     cells: [usize; D],
+    node_strides: [usize; D],
 }
 
 /// Why a grid cannot be made.
@@ -96,19 +98,20 @@ impl<const D: usize> Grid<D> {
     pub fn new(origin: Vector<D>, spacing: Vector<D>, cells: [usize; D]) -> Result<Self, GridError> {
         for axis in 0..D {
             if !(spacing[axis] > 0.0 && spacing[axis].is_finite()) {
-                return Err(GridError::Spacing {
-                    axis,
-                    spacing: spacing[axis],
-                });
+                return Err(GridError::Spacing { axis, spacing: spacing[axis] });
             }
         }
-        let nodes = cells
-            .iter()
-            .try_fold(1_usize, |count, &n| count.checked_mul(n.checked_add(1)?));
+        let nodes = cells.iter().try_fold(1_usize, |count, &n| count.checked_mul(n.checked_add(1)?));
         if cells.contains(&0) || nodes.is_none_or(|count| count > MAX_CELLS) {
             return Err(GridError::Cells { cells: cells.to_vec() });
         }
-        Ok(Grid { origin, spacing, cells })
+        let mut stride = 1;
+        let node_strides = std::array::from_fn(|axis| {
+            let this = stride;
+            stride *= cells[axis] + 1;
+            this
+        });
+        Ok(Grid { origin, spacing, inverse_spacing: spacing.map(|h| 1.0 / h), cells, node_strides })
     }
 
     /// The lowest corner (m).
@@ -148,26 +151,39 @@ impl<const D: usize> Grid<D> {
 
     /// The area of the cell sides normal to `axis` (m²; m per metre in 2-D, 1 in 1-D).
     pub fn side_area(&self, axis: usize) -> f64 {
-        (0..D)
-            .filter(|&other| other != axis)
-            .map(|other| self.spacing[other])
-            .product()
+        (0..D).filter(|&other| other != axis).map(|other| self.spacing[other]).product()
+    }
+
+    /// One over the size of a cell (1/m).
+    #[inline]
+    pub fn inverse_spacing(&self) -> Vector<D> {
+        self.inverse_spacing
+    }
+
+    /// A point in spacings from the origin (–).
+    #[inline(always)]
+    pub fn in_spacings(&self, point: &Vector<D>) -> Vector<D> {
+        (point - self.origin).component_mul(&self.inverse_spacing)
+    }
+
+    /// The numbers along the axes of the cell that holds a point inside the grid, given in spacings from the origin.
+    ///
+    /// A point on the upper end of the grid belongs to the last cell.
+    #[inline(always)]
+    pub fn index_of(&self, in_spacings: &Vector<D>) -> [usize; D] {
+        std::array::from_fn(|axis| (in_spacings[axis] as usize).min(self.cells[axis] - 1))
     }
 
     /// The cell that holds a point (m); `None` outside the grid or when a coordinate is not a number.
     #[inline]
     pub fn cell_at(&self, point: &Vector<D>) -> Option<usize> {
-        let mut cell = 0;
-        for axis in (0..D).rev() {
-            let position = (point[axis] - self.origin[axis]) / self.spacing[axis];
-            let count = self.cells[axis];
-            // A point on the upper end of the grid belongs to the last cell. NaN fails the comparison.
-            if !(position >= 0.0 && position <= count as f64) {
-                return None;
-            }
-            cell = cell * count + (position as usize).min(count - 1);
+        let place = self.in_spacings(point);
+        // NaN fails the comparison.
+        if !(0..D).all(|axis| place[axis] >= 0.0 && place[axis] <= self.cells[axis] as f64) {
+            return None;
         }
-        Some(cell)
+        let index = self.index_of(&place);
+        Some((0..D).rev().fold(0, |cell, axis| cell * self.cells[axis] + index[axis]))
     }
 
     /// The numbers of a cell along the axes.
@@ -205,12 +221,7 @@ impl<const D: usize> Grid<D> {
     /// How far apart neighbouring nodes along each axis are in the numbering.
     #[inline]
     pub fn node_strides(&self) -> [usize; D] {
-        let mut stride = 1;
-        std::array::from_fn(|axis| {
-            let this = stride;
-            stride *= self.cells[axis] + 1;
-            this
-        })
+        self.node_strides
     }
 
     /// The position of a node (m).
@@ -278,10 +289,7 @@ pub struct CellFields {
 impl CellFields {
     /// Fields of zeros for a grid.
     pub fn new<const D: usize>(grid: &Grid<D>) -> Self {
-        CellFields {
-            pressure: vec![0.0; grid.num_cells()],
-            pressure_old: vec![0.0; grid.num_cells()],
-        }
+        CellFields { pressure: vec![0.0; grid.num_cells()], pressure_old: vec![0.0; grid.num_cells()] }
     }
 }
 
@@ -409,18 +417,9 @@ mod tests {
     #[test]
     fn impossible_grids_are_refused() {
         let origin = Vector::<1>::zeros();
-        assert!(matches!(
-            Grid::new(origin, Vector::<1>::new(f64::NAN), [1]),
-            Err(GridError::Spacing { .. })
-        ));
-        assert!(matches!(
-            Grid::new(origin, Vector::<1>::new(1.0), [0]),
-            Err(GridError::Cells { .. })
-        ));
-        assert!(matches!(
-            Grid::new(origin, Vector::<1>::new(1.0), [usize::MAX]),
-            Err(GridError::Cells { .. })
-        ));
+        assert!(matches!(Grid::new(origin, Vector::<1>::new(f64::NAN), [1]), Err(GridError::Spacing { .. })));
+        assert!(matches!(Grid::new(origin, Vector::<1>::new(1.0), [0]), Err(GridError::Cells { .. })));
+        assert!(matches!(Grid::new(origin, Vector::<1>::new(1.0), [usize::MAX]), Err(GridError::Cells { .. })));
     }
 
     #[test]

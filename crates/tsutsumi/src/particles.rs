@@ -111,12 +111,7 @@ impl<const D: usize> Particles<D> {
             let Some(cell) = grid.cell_at(position) else {
                 let list = |v: Vector<D>| v.iter().copied().collect();
                 let (from, to) = (list(grid.origin()), list(grid.end()));
-                return Err(OutsideGrid {
-                    particle: p,
-                    position: list(*position),
-                    from,
-                    to,
-                });
+                return Err(OutsideGrid { particle: p, position: list(*position), from, to });
             };
             moved |= self.cell[p] != cell as u32;
             self.cell[p] = cell as u32;
@@ -131,10 +126,6 @@ impl<const D: usize> Particles<D> {
 
     /// Kinetic energy Σ ½ M_p V_p² (J).
     pub fn kinetic_energy(&self) -> f64 {
-        self.mass
-            .iter()
-            .zip(&self.velocity)
-            .map(|(m, v)| 0.5 * m * v.norm_squared())
-            .sum()
+        self.mass.iter().zip(&self.velocity).map(|(m, v)| 0.5 * m * v.norm_squared()).sum()
     }
 }

@@ -67,17 +67,8 @@ impl Clock {
     fn after(&self, dt: f64) -> Clock {
         let steps = self.steps + 1;
         match dt == self.dt {
-            true => Clock {
-                steps,
-                count: self.count + 1,
-                ..*self
-            },
-            false => Clock {
-                steps,
-                start: self.time(),
-                dt,
-                count: 1,
-            },
+            true => Clock { steps, count: self.count + 1, ..*self },
+            false => Clock { steps, start: self.time(), dt, count: 1 },
         }
     }
 }
@@ -142,29 +133,9 @@ impl<const D: usize> Solver<D> {
             outflow: 0.0,
         };
         solver.locate()?;
-        let Solver {
-            parts,
-            active,
-            cells,
-            clock,
-            ..
-        } = &mut solver;
-        let Parts {
-            grid,
-            particles,
-            shape,
-            pressure,
-            gravity,
-            ..
-        } = parts;
-        let at = StepView {
-            grid,
-            active,
-            transfer: &**shape,
-            gravity: *gravity,
-            dt: 0.0,
-            time: clock.time(),
-        };
+        let Solver { parts, active, cells, clock, .. } = &mut solver;
+        let Parts { grid, particles, shape, pressure, gravity, .. } = parts;
+        let at = StepView { grid, active, transfer: &**shape, gravity: *gravity, dt: 0.0, time: clock.time() };
         pressure.particles_to_cells(&at, particles, cells);
         cells.pressure.clone_from(&cells.pressure_old);
         Ok(solver)
@@ -178,36 +149,10 @@ impl<const D: usize> Solver<D> {
         // 2. The grid is as it was at the start; find the particles in it.
         self.locate()?;
 
-        let Solver {
-            parts,
-            active,
-            nodes,
-            cells,
-            at_particles,
-            increments,
-            clock,
-            strain_energy,
-            outflow,
-        } = self;
-        let Parts {
-            grid,
-            particles,
-            groups,
-            boundary,
-            gravity,
-            shape,
-            velocity_update,
-            pressure,
-        } = parts;
+        let Solver { parts, active, nodes, cells, at_particles, increments, clock, strain_energy, outflow } = self;
+        let Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure } = parts;
         let after = clock.after(dt);
-        let at = StepView {
-            grid,
-            active,
-            transfer: &**shape,
-            gravity: *gravity,
-            dt,
-            time: after.time(),
-        };
+        let at = StepView { grid, active, transfer: &**shape, gravity: *gravity, dt, time: after.time() };
 
         // 3. Masses and velocities of the nodes, Eq. (10); with them the force of the effective stress.
         nodes.clear(active);
@@ -249,13 +194,7 @@ impl<const D: usize> Solver<D> {
                     let particle = start + p;
                     let position = particles.position[particle].iter().copied().collect();
                     let material = group.name().to_owned();
-                    failure = Some(StepError::Law {
-                        material,
-                        particle,
-                        position,
-                        time: at.time,
-                        source,
-                    });
+                    failure = Some(StepError::Law { material, particle, position, time: at.time, source });
                 }
 
                 // 10. Velocities of the particles, with a_I (MPM①) or v_I^L (MPM②), and positions.
@@ -272,26 +211,18 @@ impl<const D: usize> Solver<D> {
         *outflow += dt * report.outflow_rate;
         match failure {
             Some(error) => Err(error),
-            None => Ok(StepReport {
-                time: after.time(),
-                pressure: report,
-            }),
+            None => Ok(StepReport { time: after.time(), pressure: report }),
         }
     }
 
     /// Finds the cells of the particles and, where one has changed, the active part of the grid.
     fn locate(&mut self) -> Result<(), StepError> {
-        let Parts {
-            grid, particles, shape, ..
-        } = &mut self.parts;
-        let moved = particles.locate(grid).map_err(|outside| StepError::Outside {
-            time: self.clock.time(),
-            outside,
-        })?;
+        let Parts { grid, particles, shape, .. } = &mut self.parts;
+        let moved =
+            particles.locate(grid).map_err(|outside| StepError::Outside { time: self.clock.time(), outside })?;
         if moved {
             let occupied = particles.cell.iter().copied();
-            self.active
-                .rebuild(occupied, |cell, visit| shape.visit_stencil(grid, cell, visit));
+            self.active.rebuild(occupied, |cell, visit| shape.visit_stencil(grid, cell, visit));
         }
         Ok(())
     }
@@ -368,10 +299,7 @@ impl<const D: usize> Solver<D> {
 fn strain_increments<const D: usize>(at_particles: &[Gathered<D>], dt: f64, increments: &mut [Increment]) {
     for (at, increment) in at_particles.iter().zip(increments) {
         let gradient = at.velocity_gradient * dt;
-        *increment = Increment {
-            strain: Sym3::symmetric_part(&embed(&gradient)),
-            spin: spin(&gradient),
-        };
+        *increment = Increment { strain: Sym3::symmetric_part(&embed(&gradient)), spin: spin(&gradient) };
     }
 }
 

@@ -87,28 +87,38 @@ struct Stencil<const D: usize> {
 }
 
 impl<const D: usize> Stencil<D> {
+    /// The stencil of a point of the cell with these numbers; the point and half size in spacings.
     #[inline(always)]
-    fn new<S: ShapeFunction>(shape: &S, grid: &Grid<D>, cell: usize, point: &Vector<D>, half_size: &Vector<D>) -> Self {
-        let index = grid.cell_index(cell);
+    fn new<S: ShapeFunction>(
+        shape: &S,
+        grid: &Grid<D>,
+        index: [usize; D],
+        place: Vector<D>,
+        half_size: Vector<D>,
+    ) -> Self {
         let strides = grid.node_strides();
-        let inverse_spacing = grid.spacing().map(|h| 1.0 / h);
         let mut first_node = 0;
         let mut weights = [Weights::default(); D];
         for axis in 0..D {
-            let at = CellOnAxis {
-                cell: index[axis],
-                num_cells: grid.cells()[axis],
-            };
+            let at = CellOnAxis { cell: index[axis], num_cells: grid.cells()[axis] };
             first_node += shape.first_node(at) * strides[axis];
-            let position = (point[axis] - grid.origin()[axis]) * inverse_spacing[axis];
-            weights[axis] = shape.weights(at, position, half_size[axis] * inverse_spacing[axis]);
+            weights[axis] = shape.weights(at, place[axis], half_size[axis]);
         }
-        Stencil {
-            first_node,
-            strides,
-            weights,
-            inverse_spacing,
-        }
+        Stencil { first_node, strides, weights, inverse_spacing: grid.inverse_spacing() }
+    }
+
+    /// The stencil of a particle that is inside the grid.
+    #[inline(always)]
+    fn of_particle<S: ShapeFunction>(shape: &S, grid: &Grid<D>, particles: &Particles<D>, p: usize) -> Self {
+        let place = grid.in_spacings(&particles.position[p]);
+        let half_size = particles.half_size[p].component_mul(&grid.inverse_spacing());
+        Stencil::new(shape, grid, grid.index_of(&place), place, half_size)
+    }
+
+    /// The stencil of a point (m) of a cell.
+    #[inline(always)]
+    fn of_point<S: ShapeFunction>(shape: &S, grid: &Grid<D>, cell: usize, point: &Vector<D>) -> Self {
+        Stencil::new(shape, grid, grid.cell_index(cell), grid.in_spacings(point), Vector::zeros())
     }
 
     /// Calls `visit(local, node, N, ∇N)` for each node of the stencil.
@@ -126,11 +136,7 @@ impl<const D: usize> Stencil<D> {
                 let weights = &self.weights[axis];
                 value *= weights.value[k];
                 for other in 0..D {
-                    gradient[other] *= if other == axis {
-                        weights.gradient[k]
-                    } else {
-                        weights.value[k]
-                    };
+                    gradient[other] *= if other == axis { weights.gradient[k] } else { weights.value[k] };
                 }
             }
             visit(local, node, value, gradient);
@@ -145,7 +151,7 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
 
     fn visit_stencil(&self, grid: &Grid<D>, cell: usize, visit: &mut dyn FnMut(usize)) {
         let center = grid.cell_center(cell);
-        Stencil::new(self, grid, cell, &center, &Vector::zeros()).visit::<S>(|_, node, _, _| visit(node));
+        Stencil::of_point(self, grid, cell, &center).visit::<S>(|_, node, _, _| visit(node));
     }
 
     fn particles_to_nodes(&self, grid: &Grid<D>, particles: &Particles<D>, nodes: &mut NodeFields<D>) {
@@ -154,14 +160,11 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
             let momentum = particles.velocity[p] * mass;
             let volume = particles.volume[p];
             let stress = particles.stress[p];
-            let cell = particles.cell[p] as usize;
-            Stencil::new(self, grid, cell, &particles.position[p], &particles.half_size[p]).visit::<S>(
-                |_, node, value, gradient| {
-                    nodes.mass[node] += mass * value;
-                    nodes.velocity_old[node] += momentum * value;
-                    nodes.force[node] -= stress.dot(&gradient) * volume;
-                },
-            );
+            Stencil::of_particle(self, grid, particles, p).visit::<S>(|_, node, value, gradient| {
+                nodes.mass[node] += mass * value;
+                nodes.velocity_old[node] += momentum * value;
+                nodes.force[node] -= stress.dot(&gradient) * volume;
+            });
         }
     }
 
@@ -174,17 +177,13 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         at_particles: &mut [Gathered<D>],
     ) {
         for (p, at) in block.zip(at_particles) {
-            let cell = particles.cell[p] as usize;
             *at = Gathered::default();
-            Stencil::new(self, grid, cell, &particles.position[p], &particles.half_size[p]).visit::<S>(
-                |_, node, value, gradient| {
-                    let velocity = nodes.velocity[node];
-                    at.velocity_old += nodes.velocity_old[node] * value;
-                    at.velocity += velocity * value;
-                    at.acceleration += nodes.acceleration[node] * value;
-                    at.velocity_gradient += velocity * gradient.transpose();
-                },
-            );
+            Stencil::of_particle(self, grid, particles, p).visit::<S>(|_, node, value, gradient| {
+                let velocity = nodes.velocity[node];
+                at.velocity += velocity * value;
+                at.acceleration += nodes.acceleration[node] * value;
+                at.velocity_gradient += velocity * gradient.transpose();
+            });
         }
     }
 
@@ -200,7 +199,7 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
                 let sign = if corner >> axis & 1 == 1 { 1.0 } else { -1.0 };
                 center[axis] + sign * offset * grid.spacing()[axis]
             });
-            Stencil::new(self, grid, cell, &point, &Vector::zeros())
+            Stencil::of_point(self, grid, cell, &point)
                 .visit::<S>(|local, _, _, gradient| divergence[local] += gradient * volume);
         }
     }
@@ -219,7 +218,7 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
             let Some(slot) = active.slot(cell) else { continue };
             let volume = particles.volume[p];
             let of_cell = &mut divergence[slot * stencil_len..][..stencil_len];
-            Stencil::new(self, grid, cell, &particles.position[p], &particles.half_size[p])
+            Stencil::of_particle(self, grid, particles, p)
                 .visit::<S>(|local, _, _, gradient| of_cell[local] += gradient * volume);
         }
     }
@@ -235,7 +234,6 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         let lowest = grid.cell_origin(cell);
         let highest = lowest + grid.spacing();
         let inside = Vector::from_fn(|axis, _| point[axis].clamp(lowest[axis], highest[axis]));
-        Stencil::new(self, grid, cell, &inside, &Vector::zeros())
-            .visit::<S>(|_, node, value, _| nodes.force[node] += force * value);
+        Stencil::of_point(self, grid, cell, &inside).visit::<S>(|_, node, value, _| nodes.force[node] += force * value);
     }
 }

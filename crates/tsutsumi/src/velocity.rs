@@ -11,8 +11,6 @@ use crate::tensor::{Matrix, Vector};
 /// What a particle finds on the grid at its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gathered<const D: usize> {
-    /// Σ_I N_I v_I, the grid's velocity before its update (m/s).
-    pub velocity_old: Vector<D>,
     /// Σ_I N_I v_I^L, the grid's velocity after its update (m/s).
     pub velocity: Vector<D>,
     /// Σ_I N_I a_I (m/s²).
@@ -23,12 +21,7 @@ pub struct Gathered<const D: usize> {
 
 impl<const D: usize> Default for Gathered<D> {
     fn default() -> Self {
-        Gathered {
-            velocity_old: Vector::zeros(),
-            velocity: Vector::zeros(),
-            acceleration: Vector::zeros(),
-            velocity_gradient: Matrix::zeros(),
-        }
+        Gathered { velocity: Vector::zeros(), acceleration: Vector::zeros(), velocity_gradient: Matrix::zeros() }
     }
 }
 

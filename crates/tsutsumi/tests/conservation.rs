@@ -29,12 +29,7 @@ fn free_bodies<const D: usize>() -> [Body<D>; 4] {
         let from = Vector::from_fn(|axis, _| 1.25 + 0.25 * axis as f64);
         Body::<D>::free(from, from + Vector::repeat(2.0), 1.0, [6; D]).particles_per_cell([4; D])
     };
-    [
-        body(),
-        body().velocity_update(Mpm2),
-        body().dry(),
-        body().dry().velocity_update(Mpm2),
-    ]
+    [body(), body().velocity_update(Mpm2), body().dry(), body().dry().velocity_update(Mpm2)]
 }
 
 /// Momentum goes p → i → p without loss for any velocities, stresses and pressures, since Σ N_I = 1 and Σ ∇N_I = 0.
@@ -107,9 +102,7 @@ fn a_rigid_motion_strains_nothing_in_1d_2d_and_3d() {
 /// A column of 10 m under 50 kPa that are put on within 20 s.
 fn loaded_column<const D: usize>() -> Body<D> {
     let ramp = History::new(vec![[0.0, 0.0], [20.0, 1.0]]);
-    Body::<D>::column(10.0, 1.0)
-        .drained(top::<D>())
-        .load_on_surface(top::<D>(), down(50e3), ramp)
+    Body::<D>::column(10.0, 1.0).drained(top::<D>()).load_on_surface(top::<D>(), down(50e3), ramp)
 }
 
 /// Water drained and water compressed make room for the settlement.
@@ -126,17 +119,8 @@ fn the_water_balance_closes<const D: usize>(dt: f64, steps: usize) {
     // The volumes that weight the storage shrink by the strain of the top, some 0.1 %, while the pressures change. The
     // inertia of the water holds back (k/g) times the rate of settlement: 6e-6 s × some 1e-4 m/s.
     let tolerance = 1e-3 * compressed + 1e-9;
-    assert_close(
-        "drained + compressed",
-        solver.outflow() + compressed,
-        settled,
-        tolerance,
-    );
-    assert!(
-        compressed > 1e-5 && solver.outflow() > 1e-4,
-        "{compressed} {}",
-        solver.outflow()
-    );
+    assert_close("drained + compressed", solver.outflow() + compressed, settled, tolerance);
+    assert!(compressed > 1e-5 && solver.outflow() > 1e-4, "{compressed} {}", solver.outflow());
 }
 
 #[test]
@@ -164,16 +148,11 @@ fn the_energy_balance_closes() {
         let inside: f64 = pressures.windows(2).map(|pair| (pair[0] - pair[1]).powi(2)).sum();
         heat += dt * conductance * (inside + 2.0 * pressures[9].powi(2));
         let storage = POROSITY / WATER.bulk_modulus;
-        compression += (0..10)
-            .map(|c| storage * pressures[c] * (pressures[c] - pressures_old[c]))
-            .sum::<f64>();
+        compression += (0..10).map(|c| storage * pressures[c] * (pressures[c] - pressures_old[c])).sum::<f64>();
         pressures_old = pressures;
     }
     let stored = solver.strain_energy() + compression + solver.particles().kinetic_energy();
-    assert!(
-        heat > 0.2 * work && stored > 0.2 * work,
-        "{heat} and {stored} of {work}"
-    );
+    assert!(heat > 0.2 * work && stored > 0.2 * work, "{heat} and {stored} of {work}");
     // First order in time: the load moves through Δt/2 more than its mean during the ramp, 1e-3 of 20 s. The strain of
     // the top cell, 0.3 %, changes the conductance of its half.
     assert_close("stored + heat", stored + heat, work, 4e-3 * work);

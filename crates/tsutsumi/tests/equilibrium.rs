@@ -56,16 +56,18 @@ fn ground_stays_at_rest<const D: usize>(height: f64, quadrature: Quadrature, dt:
         let mut solver = if mpm2 { body.velocity_update(Mpm2) } else { body }.build();
         let before = solver.particles().stress.clone();
         run(&mut solver, dt, 200).unwrap();
-        // Forces of 100 kPa × 1 m² that cancel to 1e-16, over 1500 kg and more, for 200 steps of up to 5 s; the skeleton
-        // answers such a push with its own stress, so speeds stay near 1e-11 N/m² × h/(E_oed Δt) and below.
-        assert_close("speed", largest_speed(solver.particles()), 0.0, 1e-13);
+        // Accelerations are right to an epsilon or so of g: 2e-16 × 9.8 m/s² × 4.9 s = 1e-14 m/s per step and node.
+        assert_close("speed", largest_speed(solver.particles()), 0.0, 1e-12);
+        // Darcy turns such a speed of 1e-13 m/s into a pressure v H γ_w/k = 2e-4 Pa: 2e-9 of the largest. The 1e-9 of
+        // shorter steps is kept for them.
         let largest = WATER.density * GRAVITY * height;
+        let tolerance = if dt > 1.0 { 5e-9 * largest } else { 1e-9 * largest };
         for (&pressure, expected) in cell_pressures(&solver).iter().zip(hydrostatic(height)) {
-            assert_close("pressure", pressure, expected, 1e-9 * largest);
+            assert_close("pressure", pressure, expected, tolerance);
         }
         for (&stress, &before) in solver.particles().stress.iter().zip(&before) {
             let change = stress - before;
-            assert_close("stress", change.double_dot(change).sqrt(), 0.0, 1e-9 * largest);
+            assert_close("stress", change.double_dot(change).sqrt(), 0.0, tolerance);
         }
     }
 }
@@ -74,12 +76,7 @@ fn ground_stays_at_rest<const D: usize>(height: f64, quadrature: Quadrature, dt:
 fn ground_stays_at_rest_in_1d_2d_and_3d() {
     use Quadrature::{Cell, MaterialPoints};
     // On a grid line and inside a cell; the paper's K_v is made for grid lines.
-    for (height, quadrature) in [
-        (10.0, MaterialPoints),
-        (9.5, MaterialPoints),
-        (9.25, MaterialPoints),
-        (10.0, Cell),
-    ] {
+    for (height, quadrature) in [(10.0, MaterialPoints), (9.5, MaterialPoints), (9.25, MaterialPoints), (10.0, Cell)] {
         // Near the limits: in 1-D consolidation (5.4 s with full cells, 1.9 s and 0.55 s measured with a half and a quarter
         // of the top cell filled), hourglass modes of 9.1 ms in 2-D and 8.1 ms in 3-D.
         let longest = match height - 9.0 {
@@ -111,35 +108,29 @@ fn whole_cells_put_the_water_table_on_the_grid_line() {
 /// Ground whose water carries everything at first consolidates to the hydrostatic state, at the surface it then has.
 #[test]
 fn excess_pressure_drains_to_the_hydrostatic_state() {
-    for quadrature in [Quadrature::MaterialPoints, Quadrature::Cell] {
-        for height in [10.0, 9.25] {
-            if quadrature == Quadrature::Cell && height < 10.0 {
-                continue;
-            }
-            let mut solver: Solver<1> = ground_at_rest::<1>(height)
-                .quadrature(quadrature)
-                .stress(|_| Sym3::ZERO)
-                .pressure(move |x| PAPER_DENSITY * GRAVITY * (height - x[0]))
-                .build();
-            let carriers = outermost(solver.particles(), top::<1>());
-            // Seven times H²/c_v: exp(−17) is left. The step suits a top cell that is a quarter full, and less by the end.
-            run(&mut solver, 0.4, 19_000).unwrap();
-            let table = match quadrature {
-                Quadrature::MaterialPoints => surface(solver.particles(), &carriers, top::<1>()),
-                Quadrature::Cell => height,
-            };
-            assert_close(
-                "base pressure",
-                cell_pressures(&solver)[0],
-                hydrostatic(table)[0],
-                1e-6 * hydrostatic(table)[0],
-            );
-            // The buoyant weight, 49 kPa at the base, compresses 10 m by γ' H²/2 E_oed = 14.8 mm.
-            let settlement = height - surface(solver.particles(), &carriers, top::<1>());
-            let expected = (PAPER_DENSITY - WATER.density) * GRAVITY * height * height / (2.0 * 16.5e6);
-            // Finite strain: half the strain, 0.15 % of the column on average, and the surface cell of the whole-cell
-            // quadrature, which feels the settlement of its surface as a lower filling: 1 % in all.
-            assert_close("settlement", settlement, expected, 1e-2 * expected);
-        }
+    for (height, quadrature) in
+        [(10.0, Quadrature::MaterialPoints), (9.25, Quadrature::MaterialPoints), (10.0, Quadrature::Cell)]
+    {
+        let mut solver: Solver<1> = ground_at_rest::<1>(height)
+            .quadrature(quadrature)
+            .stress(|_| Sym3::ZERO)
+            .pressure(move |x| PAPER_DENSITY * GRAVITY * (height - x[0]))
+            .build();
+        let carriers = outermost(solver.particles(), top::<1>());
+        // Seven times H²/c_v: exp(−17) is left. The step suits a top cell that is less than a quarter full.
+        run(&mut solver, 0.4, 19_000).unwrap();
+        let surface = surface(solver.particles(), &carriers, top::<1>());
+        // Whole cells keep the water table where the cells end.
+        let table = match quadrature {
+            Quadrature::MaterialPoints => surface,
+            Quadrature::Cell => height,
+        };
+        let expected = hydrostatic(table)[0];
+        assert_close("base pressure", cell_pressures(&solver)[0], expected, 1e-6 * expected);
+        // The buoyant weight, 49 kPa at the base, compresses the column by γ' H²/2 E_oed = 15 mm.
+        let expected = (PAPER_DENSITY - WATER.density) * GRAVITY * height * height / (2.0 * 16.5e6);
+        // Finite strains: the settlement is 0.15 % of the height, and the top cell, whose skeleton has sunk below the
+        // water table that whole cells keep, carries its pressure there: 10 kPa × 15 mm / 1 m.
+        assert_close("settlement", height - surface, expected, 1e-2 * expected);
     }
 }

@@ -26,9 +26,7 @@ use tsutsumi_testkit::reading::{largest_speed, outermost, run, surface, top};
 /// Nodal velocities v = A x + b come to the particles as exactly v and A, wherever the particles are.
 fn a_linear_velocity_field_is_gathered_exactly<const D: usize>() {
     let from = Vector::from_fn(|axis, _| 0.3 + 0.2 * axis as f64);
-    let solver = Body::<D>::free(from, from + Vector::repeat(2.1), 0.7, [5; D])
-        .particles_per_cell([3; D])
-        .build();
+    let solver = Body::<D>::free(from, from + Vector::repeat(2.1), 0.7, [5; D]).particles_per_cell([3; D]).build();
     let mut noise = Noise::new(7);
     let gradient = Matrix::<D>::from_fn(|_, _| noise.number());
     let offset: Vector<D> = noise.vector();
@@ -36,7 +34,6 @@ fn a_linear_velocity_field_is_gathered_exactly<const D: usize>() {
     let mut nodes = NodeFields::new(solver.grid());
     for node in 0..solver.grid().num_nodes() {
         let x = solver.grid().node_position(node);
-        nodes.velocity_old[node] = field(x);
         nodes.velocity[node] = field(x);
         nodes.acceleration[node] = field(x) * -2.0;
     }
@@ -46,7 +43,6 @@ fn a_linear_velocity_field_is_gathered_exactly<const D: usize>() {
     for (at, &x) in gathered.iter().zip(&particles.position) {
         // Sums of 2^D products of numbers of the order of 4 (velocity) and 4/0.7 (gradient).
         assert_close("velocity", (at.velocity - field(x)).norm(), 0.0, 1e-14);
-        assert_close("old velocity", (at.velocity_old - field(x)).norm(), 0.0, 1e-14);
         assert_close("acceleration", (at.acceleration + field(x) * 2.0).norm(), 0.0, 2e-14);
         assert_close("gradient", (at.velocity_gradient - gradient).norm(), 0.0, 4e-14);
     }
@@ -63,14 +59,7 @@ fn a_linear_velocity_field_is_gathered_exactly_in_1d_2d_and_3d() {
 ///
 /// Exact, as the particles' boxes do not straddle grid lines: Σ_p V_p ∇N_I is then ∫ ∇N_I dV, for bilinear N_I too.
 fn a_uniform_stress_is_in_equilibrium<const D: usize>(corner: f64, edge: f64, quadrature: Option<Quadrature>) {
-    let stress = Sym3 {
-        xx: -80e3,
-        yy: -50e3,
-        zz: -120e3,
-        xy: 20e3,
-        yz: -15e3,
-        zx: 10e3,
-    };
+    let stress = Sym3 { xx: -80e3, yy: -50e3, zz: -120e3, xy: 20e3, yz: -15e3, zx: 10e3 };
     let water = if quadrature.is_some() { 30e3 } else { 0.0 };
     let total = stress - Sym3::IDENTITY * water;
     let from = Vector::repeat(corner);
@@ -137,18 +126,15 @@ fn a_loaded_column_strains_uniformly<const D: usize>(height: f64) {
     let modulus = PAPER_SOIL.oedometric_modulus();
     assert_close("E_oed ε", modulus * strain, load, 1e-5 * load);
     let lateral = PAPER_SOIL.lame() / modulus;
+    // The particles of the top cell, of length L, lose ε L, their cell sinks by ε H: σ L (1 − ε) = q (L − ε H), up to 5 ε.
+    let tolerance = 2e-5 * load;
     for stress in &solver.particles().stress {
         let vertical = [stress.xx, stress.yy, stress.zz];
         for axis in 0..3 {
             let expected = if axis == D - 1 { -load } else { -lateral * load };
-            assert_close("stress", vertical[axis], expected, 1e-6 * load);
+            assert_close("stress", vertical[axis], expected, tolerance);
         }
-        assert_close(
-            "shear",
-            stress.xy.abs() + stress.yz.abs() + stress.zx.abs(),
-            0.0,
-            1e-6 * load,
-        );
+        assert_close("shear", stress.xy.abs() + stress.yz.abs() + stress.zx.abs(), 0.0, 1e-6 * load);
     }
 }
 

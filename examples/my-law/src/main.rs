@@ -65,27 +65,15 @@ impl ConstitutiveLaw for PressureDependent {
         ];
         for (name, value) in positive {
             if !(value > 0.0 && value.is_finite()) {
-                return Err(LawError::Parameter {
-                    name,
-                    value,
-                    expected: "positive (Pa)",
-                });
+                return Err(LawError::Parameter { name, value, expected: "positive (Pa)" });
             }
         }
         if !(self.poisson > -1.0 && self.poisson < 0.5) {
             let expected = "above -1 and below 0.5";
-            return Err(LawError::Parameter {
-                name: "poisson",
-                value: self.poisson,
-                expected,
-            });
+            return Err(LawError::Parameter { name: "poisson", value: self.poisson, expected });
         }
         if !(0.0..=1.0).contains(&self.exponent) {
-            return Err(LawError::Parameter {
-                name: "exponent",
-                value: self.exponent,
-                expected: "from 0 to 1",
-            });
+            return Err(LawError::Parameter { name: "exponent", value: self.exponent, expected: "from 0 to 1" });
         }
         Ok(())
     }

@@ -79,11 +79,7 @@ impl Axis {
     /// The finest axis, of at most `most` intervals, whose labels fit.
     pub(super) fn finest(most: usize, build: impl Fn(usize) -> Self, fits: impl Fn(&Self) -> bool) -> Self {
         let few_enough = |axis: &Self| axis.ticks.len() <= most + 2;
-        (2..=most)
-            .rev()
-            .map(&build)
-            .find(|axis| few_enough(axis) && fits(axis))
-            .unwrap_or_else(|| build(1))
+        (2..=most).rev().map(&build).find(|axis| few_enough(axis) && fits(axis)).unwrap_or_else(|| build(1))
     }
 
     /// Where a value lies: 0 at the low end, 1 at the high end.
@@ -99,11 +95,7 @@ impl Axis {
         }
         let factor = format!("×{}", power_of_ten(self.exponent));
         // A dash in the place of the unit says that there is none.
-        let label = ["(-)", "(–)", "(−)"]
-            .iter()
-            .find_map(|none| label.strip_suffix(none))
-            .unwrap_or(label)
-            .trim_end();
+        let label = ["(-)", "(–)", "(−)"].iter().find_map(|none| label.strip_suffix(none)).unwrap_or(label).trim_end();
         match label.rfind('(') {
             Some(place) if label.ends_with(')') => format!("{}({factor} {}", &label[..place], &label[place + 1..]),
             _ => format!("{label} ({factor})"),
@@ -124,21 +116,9 @@ impl Axis {
         let count = ((high / step + 1e-9).floor() - first).max(-1.0) as usize + 1;
         let values: Vec<f64> = (0..count).map(|index| (first + index as f64) * step).collect();
         let exponent = common_exponent(low.abs().max(high.abs()));
-        let ticks = values
-            .iter()
-            .map(|value| Tick {
-                value: *value,
-                label: plain_label(*value, step, exponent),
-            })
-            .collect();
-        Self {
-            low,
-            high,
-            ticks,
-            minor: Vec::new(),
-            exponent,
-            scale: AxisScale::Linear,
-        }
+        let ticks =
+            values.iter().map(|value| Tick { value: *value, label: plain_label(*value, step, exponent) }).collect();
+        Self { low, high, ticks, minor: Vec::new(), exponent, scale: AxisScale::Linear }
     }
 
     fn loose_logarithmic([low, high]: [f64; 2], intervals: usize) -> Self {
@@ -146,36 +126,20 @@ impl Axis {
         let last = ((high.log10() - 1e-9).ceil() as i32).max(first + 1);
         let stride = ((last - first) as usize).div_ceil(intervals.max(1));
         let powers: Vec<i32> = (first..=last).step_by(stride).collect();
-        let ticks = powers.iter().map(|power| Tick {
-            value: 10_f64.powi(*power),
-            label: power_label(*power, &powers),
-        });
+        let ticks = powers.iter().map(|power| Tick { value: 10_f64.powi(*power), label: power_label(*power, &powers) });
         let ticks = ticks.collect();
-        let minor = if stride == 1 {
-            minor_decades(first, last)
-        } else {
-            Vec::new()
-        };
+        let minor = if stride == 1 { minor_decades(first, last) } else { Vec::new() };
         let [low, high] = [10_f64.powi(first), 10_f64.powi(last)];
-        Self {
-            low,
-            high,
-            ticks,
-            minor,
-            exponent: 0,
-            scale: AxisScale::Logarithmic,
-        }
+        Self { low, high, ticks, minor, exponent: 0, scale: AxisScale::Logarithmic }
     }
 }
 
 /// The range of the values that can be drawn; none if there are no such values.
 pub(super) fn range_of(values: impl Iterator<Item = f64>, scale: AxisScale) -> Option<[f64; 2]> {
-    values
-        .filter(|value| scale.can_draw(*value))
-        .fold(None, |range, value| match range {
-            None => Some([value, value]),
-            Some([low, high]) => Some([value.min(low), value.max(high)]),
-        })
+    values.filter(|value| scale.can_draw(*value)).fold(None, |range, value| match range {
+        None => Some([value, value]),
+        Some([low, high]) => Some([value.min(low), value.max(high)]),
+    })
 }
 
 /// The range, or a wider one around it if its ends agree (to nine digits), as a constant has no range of its own.
@@ -193,16 +157,8 @@ pub(super) fn widened([low, high]: [f64; 2]) -> [f64; 2] {
 pub(super) fn padded([low, high]: [f64; 2]) -> [f64; 2] {
     let margin = 0.03 * (high - low);
     let strip = END_STRIP * (high - low);
-    let lower = if (-strip..=margin).contains(&low) {
-        low.min(0.0)
-    } else {
-        low - margin
-    };
-    let upper = if (-margin..=strip).contains(&high) {
-        high.max(0.0)
-    } else {
-        high + margin
-    };
+    let lower = if (-strip..=margin).contains(&low) { low.min(0.0) } else { low - margin };
+    let upper = if (-margin..=strip).contains(&high) { high.max(0.0) } else { high + margin };
     [lower, upper]
 }
 
@@ -268,9 +224,7 @@ fn power_of_ten(power: i32) -> String {
 
 /// Twice to nine times every power of ten from the first to before the last.
 fn minor_decades(first: i32, last: i32) -> Vec<f64> {
-    (first..last)
-        .flat_map(|power| (2..=9).map(move |digit| f64::from(digit) * 10_f64.powi(power)))
-        .collect()
+    (first..last).flat_map(|power| (2..=9).map(move |digit| f64::from(digit) * 10_f64.powi(power))).collect()
 }
 
 #[cfg(test)]
@@ -283,30 +237,17 @@ mod tests {
 
     #[test]
     fn loose_ticks_cover_the_data() {
-        let ranges = [
-            [0.0, 12.3],
-            [-4.7, 3.1],
-            [1e-7, 9e-7],
-            [0.1, 0.3],
-            [1e6, 1e6 + 2.0],
-            [-1e150, 1e150],
-            [0.0, 5e-140],
-        ];
+        let ranges =
+            [[0.0, 12.3], [-4.7, 3.1], [1e-7, 9e-7], [0.1, 0.3], [1e6, 1e6 + 2.0], [-1e150, 1e150], [0.0, 5e-140]];
         for range in ranges {
             for intervals in 1..9 {
                 let axis = Axis::loose(range, AxisScale::Linear, intervals);
                 let slack = 1.001 * END_STRIP * (range[1] - range[0]);
                 assert!(axis.low <= range[0] && axis.high >= range[1], "{range:?} {axis:?}");
                 assert!(axis.ticks[0].value <= range[0] + slack, "{range:?} {axis:?}");
-                assert!(
-                    axis.ticks[axis.ticks.len() - 1].value >= range[1] - slack,
-                    "{range:?} {axis:?}"
-                );
+                assert!(axis.ticks[axis.ticks.len() - 1].value >= range[1] - slack, "{range:?} {axis:?}");
                 assert!(axis.ticks.len() <= 2 * intervals + 3, "{range:?} {intervals} {axis:?}");
-                assert!(
-                    axis.ticks.windows(2).all(|pair| pair[0].label != pair[1].label),
-                    "{range:?} {axis:?}"
-                );
+                assert!(axis.ticks.windows(2).all(|pair| pair[0].label != pair[1].label), "{range:?} {axis:?}");
             }
         }
     }
@@ -328,25 +269,15 @@ mod tests {
                 let axis = Axis::tight(range, intervals);
                 assert_eq!([axis.low, axis.high], range);
                 assert!(axis.ticks.len() >= 2, "{range:?} {axis:?}");
-                assert!(
-                    axis.ticks
-                        .iter()
-                        .all(|tick| (-1e-9..=1.0 + 1e-9).contains(&axis.fraction(tick.value)))
-                );
+                assert!(axis.ticks.iter().all(|tick| (-1e-9..=1.0 + 1e-9).contains(&axis.fraction(tick.value))));
             }
         }
     }
 
     #[test]
     fn labels_have_the_decimals_they_need() {
-        assert_eq!(
-            labels(&Axis::loose([0.0, 1.0], AxisScale::Linear, 5)),
-            ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]
-        );
-        assert_eq!(
-            labels(&Axis::loose([-10.0, 10.0], AxisScale::Linear, 4)),
-            ["−10", "−5", "0", "5", "10"]
-        );
+        assert_eq!(labels(&Axis::loose([0.0, 1.0], AxisScale::Linear, 5)), ["0.0", "0.2", "0.4", "0.6", "0.8", "1.0"]);
+        assert_eq!(labels(&Axis::loose([-10.0, 10.0], AxisScale::Linear, 4)), ["−10", "−5", "0", "5", "10"]);
     }
 
     #[test]

@@ -25,10 +25,7 @@ pub(super) fn viridis(place: f64) -> Color {
     let place = place.clamp(0.0, 1.0);
     let mut channels = [0; 3];
     for (index, channel) in channels.iter_mut().enumerate() {
-        let intensity = COEFFICIENTS
-            .iter()
-            .rev()
-            .fold(0.0, |sum, powers| sum * place + powers[index]);
+        let intensity = COEFFICIENTS.iter().rev().fold(0.0, |sum, powers| sum * place + powers[index]);
         *channel = (255.0 * intensity.clamp(0.0, 1.0)).round() as u8;
     }
     Color(channels)
@@ -62,10 +59,7 @@ mod tests {
         for (place, expected) in table {
             let Color(found) = viridis(place);
             for channel in 0..3 {
-                assert!(
-                    (f64::from(found[channel]) - f64::from(expected[channel])).abs() <= 8.0,
-                    "{place}: {found:?}"
-                );
+                assert!((f64::from(found[channel]) - f64::from(expected[channel])).abs() <= 8.0, "{place}: {found:?}");
             }
         }
     }

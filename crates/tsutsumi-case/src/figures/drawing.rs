@@ -58,11 +58,7 @@ pub(super) struct Stroke {
 impl Stroke {
     /// A solid line.
     pub(super) fn solid(color: Color, width: f64) -> Self {
-        Self {
-            color,
-            width,
-            dash: &[],
-        }
+        Self { color, width, dash: &[] }
     }
 }
 
@@ -96,11 +92,7 @@ impl Drawing {
     /// A white page.
     pub(super) fn new(width: f64, height: f64) -> Self {
         let (width, height) = (width.ceil(), height.ceil());
-        let mut page = Self {
-            width,
-            height,
-            shapes: Vec::new(),
-        };
+        let mut page = Self { width, height, shapes: Vec::new() };
         page.fill("page", rectangle([0.0, 0.0], [width, height]), style::PAPER);
         page
     }
@@ -114,22 +106,12 @@ impl Drawing {
 
     /// Adds a filled path.
     pub(super) fn fill(&mut self, class: &'static str, path: Vec<Segment>, color: Color) {
-        self.add(Shape {
-            path,
-            fill: Some(color),
-            class,
-            ..Shape::default()
-        });
+        self.add(Shape { path, fill: Some(color), class, ..Shape::default() });
     }
 
     /// Adds a stroked path.
     pub(super) fn stroke(&mut self, class: &'static str, path: Vec<Segment>, stroke: Stroke) {
-        self.add(Shape {
-            path,
-            stroke: Some(stroke),
-            class,
-            ..Shape::default()
-        });
+        self.add(Shape { path, stroke: Some(stroke), class, ..Shape::default() });
     }
 
     /// The page as a self-contained SVG document.
@@ -155,11 +137,7 @@ impl Drawing {
             paint(&mut pixels, shape, Transform::from_scale(scale as f32, scale as f32));
         }
         // The page is painted white first, so every pixel is opaque and needs no transparency channel.
-        let opaque: Vec<u8> = pixels
-            .data()
-            .chunks_exact(4)
-            .flat_map(|pixel| [pixel[0], pixel[1], pixel[2]])
-            .collect();
+        let opaque: Vec<u8> = pixels.data().chunks_exact(4).flat_map(|pixel| [pixel[0], pixel[1], pixel[2]]).collect();
         encode_png(width, height, &opaque)
     }
 }
@@ -224,11 +202,7 @@ fn point([x, y]: [f64; 2]) -> String {
 fn number(value: f64) -> String {
     let text = format!("{value:.2}");
     let short = text.trim_end_matches('0').trim_end_matches('.');
-    if short == "-0" {
-        String::from("0")
-    } else {
-        short.to_owned()
-    }
+    if short == "-0" { String::from("0") } else { short.to_owned() }
 }
 
 /// The words with XML's special characters escaped, and without characters that XML forbids.
@@ -283,10 +257,7 @@ fn skia_path(path: &[Segment]) -> Option<tiny_skia::Path> {
 /// The colour as the painter wants it.
 fn skia_paint(color: Color) -> Paint<'static> {
     let [red, green, blue] = color.0;
-    let mut paint = Paint {
-        anti_alias: true,
-        ..Paint::default()
-    };
+    let mut paint = Paint { anti_alias: true, ..Paint::default() };
     paint.set_color_rgba8(red, green, blue, 255);
     paint
 }
@@ -344,11 +315,7 @@ pub(super) fn polygon(corners: &[[f64; 2]]) -> Vec<Segment> {
 pub(super) fn polyline(points: &[[f64; 2]]) -> Vec<Segment> {
     let mut path = Vec::with_capacity(points.len());
     for (index, point) in points.iter().enumerate() {
-        path.push(if index == 0 {
-            Segment::Move(*point)
-        } else {
-            Segment::Line(*point)
-        });
+        path.push(if index == 0 { Segment::Move(*point) } else { Segment::Line(*point) });
     }
     path
 }

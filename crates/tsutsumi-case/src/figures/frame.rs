@@ -44,15 +44,8 @@ pub(super) struct Frame {
 impl Frame {
     /// The place on the page (pt) of a point of the data.
     pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let down = if self.y_down {
-            self.y.fraction(y)
-        } else {
-            1.0 - self.y.fraction(y)
-        };
-        [
-            self.corner[0] + self.x.fraction(x) * self.size[0],
-            self.corner[1] + down * self.size[1],
-        ]
+        let down = if self.y_down { self.y.fraction(y) } else { 1.0 - self.y.fraction(y) };
+        [self.corner[0] + self.x.fraction(x) * self.size[0], self.corner[1] + down * self.size[1]]
     }
 
     /// Right and lower end on the page (pt).
@@ -86,17 +79,10 @@ impl Frame {
     /// Draws the frame, ticks and tick numbers.
     pub(super) fn draw(&self, page: &mut Drawing, typeface: &Typeface) {
         page.stroke("ticks", self.tick_marks(), Stroke::solid(INK, FRAME_WIDTH));
-        page.stroke(
-            "frame",
-            rectangle(self.corner, self.far_corner()),
-            Stroke::solid(INK, FRAME_WIDTH),
-        );
+        page.stroke("frame", rectangle(self.corner, self.far_corner()), Stroke::solid(INK, FRAME_WIDTH));
         let gap = self.ticks.outer_length() + GAP;
         for tick in &self.x.ticks {
-            let anchor = [
-                self.place([tick.value, self.y.low])[0],
-                self.far_corner()[1] + gap + 0.5 * TICK_SIZE,
-            ];
+            let anchor = [self.place([tick.value, self.y.low])[0], self.far_corner()[1] + gap + 0.5 * TICK_SIZE];
             typeface.draw(page, &tick.label, TICK_SIZE, anchor, (Align::Middle, Direction::Across));
         }
         for tick in &self.y.ticks {
@@ -119,18 +105,8 @@ impl Frame {
     /// All ticks as one path.
     fn tick_marks(&self) -> Vec<Segment> {
         let mut path = Vec::new();
-        let numbered = |axis: &Axis| {
-            axis.ticks
-                .iter()
-                .map(|tick| (tick.value, TICK_LENGTH))
-                .collect::<Vec<_>>()
-        };
-        let unnumbered = |axis: &Axis| {
-            axis.minor
-                .iter()
-                .map(|value| (*value, MINOR_TICK_LENGTH))
-                .collect::<Vec<_>>()
-        };
+        let numbered = |axis: &Axis| axis.ticks.iter().map(|tick| (tick.value, TICK_LENGTH)).collect::<Vec<_>>();
+        let unnumbered = |axis: &Axis| axis.minor.iter().map(|value| (*value, MINOR_TICK_LENGTH)).collect::<Vec<_>>();
         for (value, length) in [numbered(&self.x), unnumbered(&self.x)].concat() {
             path.extend(self.vertical_marks(self.place([value, self.y.low])[0], length));
         }
@@ -145,11 +121,7 @@ impl Frame {
         let [top, bottom] = [self.corner[1], self.far_corner()[1]];
         match self.ticks {
             TickSide::Outside => line([x, bottom], [x, bottom + length]),
-            TickSide::Inside => [
-                line([x, bottom], [x, bottom - length]),
-                line([x, top], [x, top + length]),
-            ]
-            .concat(),
+            TickSide::Inside => [line([x, bottom], [x, bottom - length]), line([x, top], [x, top + length])].concat(),
         }
     }
 
@@ -158,31 +130,21 @@ impl Frame {
         let [left, right] = [self.corner[0], self.far_corner()[0]];
         match self.ticks {
             TickSide::Outside => line([left, y], [left - length, y]),
-            TickSide::Inside => [
-                line([left, y], [left + length, y]),
-                line([right, y], [right - length, y]),
-            ]
-            .concat(),
+            TickSide::Inside => [line([left, y], [left + length, y]), line([right, y], [right - length, y])].concat(),
         }
     }
 }
 
 /// Width of the widest tick number of an axis (pt).
 fn widest_label(typeface: &Typeface, axis: &Axis) -> f64 {
-    axis.ticks
-        .iter()
-        .map(|tick| typeface.width(&tick.label, TICK_SIZE))
-        .fold(0.0, f64::max)
+    axis.ticks.iter().map(|tick| typeface.width(&tick.label, TICK_SIZE)).fold(0.0, f64::max)
 }
 
 /// Whether the numbers of a horizontal axis of this length (pt) stand clear of each other.
 pub(super) fn labels_fit(typeface: &Typeface, axis: &Axis, length: f64) -> bool {
     axis.ticks.windows(2).all(|pair| {
         let distance = length * (axis.fraction(pair[1].value) - axis.fraction(pair[0].value));
-        let widths = pair
-            .iter()
-            .map(|tick| typeface.width(&tick.label, TICK_SIZE))
-            .sum::<f64>();
+        let widths = pair.iter().map(|tick| typeface.width(&tick.label, TICK_SIZE)).sum::<f64>();
         distance >= 0.5 * widths + 0.9 * TICK_SIZE
     })
 }

@@ -32,20 +32,11 @@ impl Legend {
     /// Finds the place of a legend.
     pub(super) fn new(typeface: &Typeface, entries: Vec<Entry>, frame: &Frame, traces: &[Trace]) -> Self {
         let room = frame.size[0] - SAMPLE_LENGTH - 4.0 * GAP;
-        let sizes = entries
-            .iter()
-            .map(|entry| typeface.fitting_size(&entry.label, TICK_SIZE, room));
+        let sizes = entries.iter().map(|entry| typeface.fitting_size(&entry.label, TICK_SIZE, room));
         let label_size = sizes.fold(TICK_SIZE, f64::min);
         let widths = entries.iter().map(|entry| typeface.width(&entry.label, label_size));
         let entry_width = SAMPLE_LENGTH + GAP + widths.fold(0.0, f64::max);
-        let mut legend = Self {
-            height_above: 0.0,
-            entries,
-            corner: frame.corner,
-            columns: 1,
-            entry_width,
-            label_size,
-        };
+        let mut legend = Self { height_above: 0.0, entries, corner: frame.corner, columns: 1, entry_width, label_size };
         match legend.free_corner(frame, traces) {
             Some(corner) => legend.corner = corner,
             None => legend.arrange_above(frame),
@@ -73,13 +64,7 @@ impl Legend {
             let sample = [[left, middle], [left + SAMPLE_LENGTH, middle]];
             entry.look.draw(page, &sample, &[[left + 0.5 * SAMPLE_LENGTH, middle]]);
             let anchor = [left + SAMPLE_LENGTH + GAP, middle];
-            typeface.draw(
-                page,
-                &entry.label,
-                self.label_size,
-                anchor,
-                (Align::Start, Direction::Across),
-            );
+            typeface.draw(page, &entry.label, self.label_size, anchor, (Align::Start, Direction::Across));
         }
     }
 
@@ -88,46 +73,25 @@ impl Legend {
         let [width, height] = self.size();
         let path = rectangle(self.corner, [self.corner[0] + width, self.corner[1] + height]);
         let stroke = Some(Stroke::solid(style::GRID, FRAME_WIDTH));
-        page.add(Shape {
-            path,
-            fill: Some(style::PAPER),
-            stroke,
-            class: "legend",
-            words: None,
-        });
+        page.add(Shape { path, fill: Some(style::PAPER), stroke, class: "legend", words: None });
     }
 
     /// Width and height (pt).
     fn size(&self) -> [f64; 2] {
         let rows = self.entries.len().div_ceil(self.columns);
         let between = 3.0 * GAP * (self.columns - 1) as f64;
-        [
-            self.columns as f64 * self.entry_width + between + 2.0 * GAP,
-            rows as f64 * ENTRY_HEIGHT + 2.0 * GAP,
-        ]
+        [self.columns as f64 * self.entry_width + between + 2.0 * GAP, rows as f64 * ENTRY_HEIGHT + 2.0 * GAP]
     }
 
     /// The first place in the frame that no curve touches: corners first, then the middles of the sides.
     fn free_corner(&self, frame: &Frame, traces: &[Trace]) -> Option<[f64; 2]> {
         let [width, height] = self.size();
         let margin = 2.0 * GAP;
-        let free = [
-            frame.size[0] - width - 2.0 * margin,
-            frame.size[1] - height - 2.0 * margin,
-        ];
+        let free = [frame.size[0] - width - 2.0 * margin, frame.size[1] - height - 2.0 * margin];
         if self.entries.is_empty() || free[0] < 0.0 || free[1] < 0.0 {
             return self.entries.is_empty().then_some(frame.corner);
         }
-        let places = [
-            [1.0, 0.0],
-            [1.0, 1.0],
-            [0.0, 0.0],
-            [0.0, 1.0],
-            [1.0, 0.5],
-            [0.0, 0.5],
-            [0.5, 0.0],
-            [0.5, 1.0],
-        ];
+        let places = [[1.0, 0.0], [1.0, 1.0], [0.0, 0.0], [0.0, 1.0], [1.0, 0.5], [0.0, 0.5], [0.5, 0.0], [0.5, 1.0]];
         places
             .into_iter()
             .map(|place| [0, 1].map(|axis| frame.corner[axis] + margin + place[axis] * free[axis]))

@@ -81,16 +81,12 @@ impl LineChart {
         let range = |values: fn(&Curve) -> &Vec<f64>, scale| {
             let drawable = self.curves.iter().flat_map(|curve| {
                 let points = curve.x.iter().zip(&curve.y).zip(values(curve));
-                points
-                    .filter(|((x, y), _)| self.can_draw([**x, **y]))
-                    .map(|(_, value)| *value)
+                points.filter(|((x, y), _)| self.can_draw([**x, **y])).map(|(_, value)| *value)
             });
             range_of(drawable, scale)
         };
         let x_range = fitted(range(|curve| &curve.x, self.x_scale), self.x_scale, widened);
-        let y_range = fitted(range(|curve| &curve.y, self.y_scale), self.y_scale, |range| {
-            padded(widened(range))
-        });
+        let y_range = fitted(range(|curve| &curve.y, self.y_scale), self.y_scale, |range| padded(widened(range)));
         let y_axis = |intervals| Axis::loose(y_range, self.y_scale, intervals);
         let y = Axis::finest(6, y_axis, |axis| lines_fit(axis, CHART_HEIGHT));
         let width = COLUMN_WIDTH - 2.0 * RIM - Frame::room_left(typeface, &y, TickSide::Inside);
@@ -109,23 +105,13 @@ impl LineChart {
         let [x, y] = self.axes(typeface);
         let left = RIM + Frame::room_left(typeface, &y, TickSide::Inside);
         // Half of the last number stands out to the right.
-        let last = x
-            .ticks
-            .last()
-            .map_or(0.0, |tick| typeface.width(&tick.label, TICK_SIZE));
+        let last = x.ticks.last().map_or(0.0, |tick| typeface.width(&tick.label, TICK_SIZE));
         let right = RIM + (0.5 * last).max(2.0);
         // Numbers as wide as half the page leave a small frame rather than none.
         let width = (COLUMN_WIDTH - left - right).max(0.4 * COLUMN_WIDTH);
         // Half of the uppermost number stands out above.
         let corner = [left, RIM + header.max(0.5 * TICK_SIZE)];
-        Frame {
-            corner,
-            size: [width, CHART_HEIGHT],
-            x,
-            y,
-            y_down: self.y_down,
-            ticks: TickSide::Inside,
-        }
+        Frame { corner, size: [width, CHART_HEIGHT], x, y, y_down: self.y_down, ticks: TickSide::Inside }
     }
 
     /// The curves on the page.
@@ -136,49 +122,28 @@ impl LineChart {
             .map(|(index, curve)| {
                 let points = curve.x.iter().zip(&curve.y).map(|(x, y)| [*x, *y]);
                 let places = points.map(|point| self.can_draw(point).then(|| frame.place(point)));
-                Trace {
-                    runs: runs(places),
-                    look: Look::of(curve.style, index),
-                }
+                Trace { runs: runs(places), look: Look::of(curve.style, index) }
             })
             .collect()
     }
 
     /// The curves' entries in the legend.
     fn entries(&self) -> Vec<Entry> {
-        let named = self
-            .curves
-            .iter()
-            .enumerate()
-            .filter(|(_, curve)| !curve.label.trim().is_empty());
-        named
-            .map(|(index, curve)| Entry {
-                label: curve.label.clone(),
-                look: Look::of(curve.style, index),
-            })
-            .collect()
+        let named = self.curves.iter().enumerate().filter(|(_, curve)| !curve.label.trim().is_empty());
+        named.map(|(index, curve)| Entry { label: curve.label.clone(), look: Look::of(curve.style, index) }).collect()
     }
 }
 
 impl Figure for LineChart {
     fn check(&self, path: &Path) -> Result<(), FigureError> {
         self.curves.iter().try_for_each(|curve| {
-            check_length(
-                path,
-                &format!("y of curve \"{}\"", curve.label),
-                curve.x.len(),
-                curve.y.len(),
-            )
+            check_length(path, &format!("y of curve \"{}\"", curve.label), curve.x.len(), curve.y.len())
         })
     }
 
     fn layout(&self, typeface: &Typeface) -> Drawing {
         let title_width = COLUMN_WIDTH - 2.0 * RIM;
-        let title = typeface.wrapped(
-            self.title.as_deref().unwrap_or_default(),
-            style::TITLE_SIZE,
-            title_width,
-        );
+        let title = typeface.wrapped(self.title.as_deref().unwrap_or_default(), style::TITLE_SIZE, title_width);
         let header = title_height(&title);
         let mut frame = self.frame(typeface, header);
         let mut traces = self.traces(&frame);
@@ -202,13 +167,7 @@ impl Figure for LineChart {
         legend.draw(&mut page, typeface);
         if traces.iter().all(|trace| trace.runs.is_empty()) {
             let anchor = [middle, 0.5 * (frame.corner[1] + bottom)];
-            typeface.draw(
-                &mut page,
-                "no data",
-                TICK_SIZE,
-                anchor,
-                (Align::Middle, Direction::Across),
-            );
+            typeface.draw(&mut page, "no data", TICK_SIZE, anchor, (Align::Middle, Direction::Across));
         }
         page
     }
@@ -231,10 +190,9 @@ impl Look {
         let dashes: [&[f64]; 4] = [&[], style::DASHED, style::DASH_DOTTED, style::DOTTED];
         let (dash, marker) = match style {
             // Shifted by one in each round of the colours, so that no look comes twice soon.
-            CurveStyle::Automatic => (
-                Some(dashes[(index % CURVE_COLORS.len() + index / CURVE_COLORS.len()) % dashes.len()]),
-                None,
-            ),
+            CurveStyle::Automatic => {
+                (Some(dashes[(index % CURVE_COLORS.len() + index / CURVE_COLORS.len()) % dashes.len()]), None)
+            }
             CurveStyle::Line => (Some(dashes[0]), None),
             CurveStyle::Dashed => (Some(style::DASHED), None),
             CurveStyle::Dotted => (Some(style::DOTTED), None),
@@ -260,37 +218,19 @@ impl Look {
             match points {
                 // A line needs two points; one alone is shown as a dot.
                 [point] => page.fill("curve", circle(*point, CURVE_WIDTH), self.color),
-                _ => page.stroke(
-                    "curve",
-                    polyline(points),
-                    Stroke {
-                        color: self.color,
-                        width: CURVE_WIDTH,
-                        dash,
-                    },
-                ),
+                _ => page.stroke("curve", polyline(points), Stroke { color: self.color, width: CURVE_WIDTH, dash }),
             }
         }
         if let Some(form) = self.marker {
             let path = marked.iter().flat_map(|point| marker(form, *point)).collect();
             let stroke = Some(Stroke::solid(self.color, 0.8));
-            page.add(Shape {
-                path,
-                fill: Some(style::PAPER),
-                stroke,
-                class: "markers",
-                words: None,
-            });
+            page.add(Shape { path, fill: Some(style::PAPER), stroke, class: "markers", words: None });
         }
     }
 
     /// The points that carry markers (pt): all that stand clear of each other, or some along a line.
     fn marked(&self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        let spacing = if self.dash.is_some() {
-            9.0 * MARKER_RADIUS
-        } else {
-            MARKER_RADIUS
-        };
+        let spacing = if self.dash.is_some() { 9.0 * MARKER_RADIUS } else { MARKER_RADIUS };
         let mut marked: Vec<[f64; 2]> = Vec::new();
         for point in points {
             if marked.last().is_none_or(|last| distance(*last, *point) >= spacing) {
@@ -372,21 +312,13 @@ fn marker(form: usize, [x, y]: [f64; 2]) -> Vec<Segment> {
     let radius = MARKER_RADIUS;
     match form % 5 {
         0 => circle([x, y], radius),
-        1 => rectangle(
-            [x - 0.9 * radius, y - 0.9 * radius],
-            [x + 0.9 * radius, y + 0.9 * radius],
-        ),
+        1 => rectangle([x - 0.9 * radius, y - 0.9 * radius], [x + 0.9 * radius, y + 0.9 * radius]),
         2 => polygon(&[
             [x, y - 1.35 * radius],
             [x + 1.2 * radius, y + 0.7 * radius],
             [x - 1.2 * radius, y + 0.7 * radius],
         ]),
-        3 => polygon(&[
-            [x, y - 1.3 * radius],
-            [x + 1.3 * radius, y],
-            [x, y + 1.3 * radius],
-            [x - 1.3 * radius, y],
-        ]),
+        3 => polygon(&[[x, y - 1.3 * radius], [x + 1.3 * radius, y], [x, y + 1.3 * radius], [x - 1.3 * radius, y]]),
         _ => polygon(&[
             [x, y + 1.35 * radius],
             [x + 1.2 * radius, y - 0.7 * radius],
@@ -402,17 +334,12 @@ mod tests {
     #[test]
     fn gaps_split_a_curve() {
         let places = [None, Some([0.0, 0.0]), Some([1.0, 1.0]), None, None, Some([3.0, 3.0])];
-        assert_eq!(
-            runs(places.into_iter()),
-            [vec![[0.0, 0.0], [1.0, 1.0]], vec![[3.0, 3.0]]]
-        );
+        assert_eq!(runs(places.into_iter()), [vec![[0.0, 0.0], [1.0, 1.0]], vec![[3.0, 3.0]]]);
     }
 
     #[test]
     fn thinning_keeps_the_envelope_and_the_ends() {
-        let points: Vec<[f64; 2]> = (0..100_000)
-            .map(|index| [1e-3 * f64::from(index), f64::from(index % 7)])
-            .collect();
+        let points: Vec<[f64; 2]> = (0..100_000).map(|index| [1e-3 * f64::from(index), f64::from(index % 7)]).collect();
         let kept = thinned(&points);
         assert!(kept.len() <= 4 * 401);
         assert_eq!((kept[0], kept[kept.len() - 1]), (points[0], points[points.len() - 1]));

@@ -74,10 +74,7 @@ trait Figure {
 /// Draws a figure and writes its two files. Nothing is written before both are complete in memory.
 fn save(figure: &impl Figure, path: &Path) -> Result<(), FigureError> {
     figure.check(path)?;
-    let cannot_draw = |source| FigureError::Draw {
-        path: path.to_owned(),
-        source,
-    };
+    let cannot_draw = |source| FigureError::Draw { path: path.to_owned(), source };
     let typeface = Typeface::embedded().map_err(|source| cannot_draw(source.into()))?;
     let page = figure.layout(&typeface);
     let svg = page.to_svg();
@@ -89,16 +86,11 @@ fn save(figure: &impl Figure, path: &Path) -> Result<(), FigureError> {
 /// Writes a file beside its place and then moves it there, so that a half-written file never has the name of a whole one.
 fn replace_file(path: &Path, content: &[u8]) -> Result<(), FigureError> {
     let partial = with_ending(path, &format!(".{}.partial", std::process::id()));
-    fs::write(&partial, content)
-        .and_then(|()| fs::rename(&partial, path))
-        .map_err(|source| {
-            // The first error is the one to report; the partial file may not even exist.
-            let _ = fs::remove_file(&partial);
-            FigureError::Write {
-                path: path.to_owned(),
-                source,
-            }
-        })
+    fs::write(&partial, content).and_then(|()| fs::rename(&partial, path)).map_err(|source| {
+        // The first error is the one to report; the partial file may not even exist.
+        let _ = fs::remove_file(&partial);
+        FigureError::Write { path: path.to_owned(), source }
+    })
 }
 
 /// The path with an ending put behind its whole name (`Path::with_extension` would cut a name such as `step-0.5`).
@@ -113,38 +105,20 @@ fn check_length(path: &Path, name: &str, expected: usize, found: usize) -> Resul
     if expected == found {
         return Ok(());
     }
-    Err(FigureError::Length {
-        path: path.to_owned(),
-        name: name.to_owned(),
-        expected,
-        found,
-    })
+    Err(FigureError::Length { path: path.to_owned(), name: name.to_owned(), expected, found })
 }
 
 /// Writes the lines of the title below each other, centred.
 fn draw_title(page: &mut Drawing, typeface: &Typeface, lines: &[String], [middle, top]: [f64; 2]) {
     for (index, line) in lines.iter().enumerate() {
-        let anchor = [
-            middle,
-            top + (index as f64 + 0.5) * style::TITLE_SIZE * style::LINE_SPACING,
-        ];
-        typeface.draw(
-            page,
-            line,
-            style::TITLE_SIZE,
-            anchor,
-            (text::Align::Middle, text::Direction::Across),
-        );
+        let anchor = [middle, top + (index as f64 + 0.5) * style::TITLE_SIZE * style::LINE_SPACING];
+        typeface.draw(page, line, style::TITLE_SIZE, anchor, (text::Align::Middle, text::Direction::Across));
     }
 }
 
 /// Height of the title (pt), with a gap below it if there is one.
 fn title_height(lines: &[String]) -> f64 {
-    if lines.is_empty() {
-        0.0
-    } else {
-        lines.len() as f64 * style::TITLE_SIZE * style::LINE_SPACING + 1.5 * style::GAP
-    }
+    if lines.is_empty() { 0.0 } else { lines.len() as f64 * style::TITLE_SIZE * style::LINE_SPACING + 1.5 * style::GAP }
 }
 
 #[cfg(test)]

@@ -68,25 +68,19 @@ impl ParticleChart {
 
     /// Half the size of a particle, zero where it is unknown.
     fn half_size(&self, particle: usize) -> [f64; 2] {
-        self.half_size.get(particle).map_or([0.0; 2], |size| {
-            size.map(|side| if can_draw(side) { side.abs() } else { 0.0 })
-        })
+        self.half_size
+            .get(particle)
+            .map_or([0.0; 2], |size| size.map(|side| if can_draw(side) { side.abs() } else { 0.0 }))
     }
 
     /// Particles that have a place: index and centre.
     fn placed(&self) -> impl Iterator<Item = (usize, [f64; 2])> {
-        self.position
-            .iter()
-            .copied()
-            .enumerate()
-            .filter(|(_, centre)| centre.iter().all(|value| can_draw(*value)))
+        self.position.iter().copied().enumerate().filter(|(_, centre)| centre.iter().all(|value| can_draw(*value)))
     }
 
     /// Outline segments that have a place.
     fn placed_outline(&self) -> impl Iterator<Item = &[[f64; 2]; 2]> {
-        self.outline
-            .iter()
-            .filter(|ends| ends.iter().flatten().all(|value| can_draw(*value)))
+        self.outline.iter().filter(|ends| ends.iter().flatten().all(|value| can_draw(*value)))
     }
 
     /// Range of one axis (0 across, 1 upwards): the grid and all that is drawn.
@@ -103,9 +97,7 @@ impl ParticleChart {
 
     /// Range of the colour bar.
     fn color_range(&self) -> [f64; 2] {
-        let given = self
-            .value_range
-            .filter(|range| range.iter().all(|value| can_draw(*value)) && range[0] < range[1]);
+        let given = self.value_range.filter(|range| range.iter().all(|value| can_draw(*value)) && range[0] < range[1]);
         let of_values = || range_of(self.value.iter().copied(), AxisScale::Linear).unwrap_or([0.0, 1.0]);
         widened(given.unwrap_or_else(of_values))
     }
@@ -125,14 +117,7 @@ impl ParticleChart {
         let upwards = |intervals| Axis::tight(extent[1], intervals);
         let x = Axis::finest(5, across, |axis| labels_fit(typeface, axis, size[0]));
         let y = Axis::finest(6, upwards, |axis| lines_fit(axis, size[1]));
-        Frame {
-            corner: [0.0; 2],
-            size,
-            x,
-            y,
-            y_down: false,
-            ticks: TickSide::Outside,
-        }
+        Frame { corner: [0.0; 2], size, x, y, y_down: false, ticks: TickSide::Outside }
     }
 
     /// Draws the grid lines.
@@ -147,16 +132,8 @@ impl ParticleChart {
             if dense { Vec::new() } else { places }
         };
         let mut path = Vec::new();
-        path.extend(
-            places(&self.grid_x, 0)
-                .into_iter()
-                .flat_map(|x| line([x, top], [x, bottom])),
-        );
-        path.extend(
-            places(&self.grid_y, 1)
-                .into_iter()
-                .flat_map(|y| line([left, y], [right, y])),
-        );
+        path.extend(places(&self.grid_x, 0).into_iter().flat_map(|x| line([x, top], [x, bottom])));
+        path.extend(places(&self.grid_y, 1).into_iter().flat_map(|y| line([left, y], [right, y])));
         page.stroke("grid", path, Stroke::solid(style::GRID, GRID_WIDTH));
     }
 
@@ -165,20 +142,13 @@ impl ParticleChart {
         let shrink = self.shrink(frame);
         if shrink > 0.0 {
             // Grid lines would show in those gaps that happen to lie on them.
-            let ground = self
-                .placed()
-                .flat_map(|(particle, centre)| self.particle_path(frame, particle, centre, 0.0));
+            let ground = self.placed().flat_map(|(particle, centre)| self.particle_path(frame, particle, centre, 0.0));
             page.fill("ground", ground.collect(), style::PAPER);
         }
         let mut paths: BTreeMap<Option<usize>, Vec<Segment>> = BTreeMap::new();
         for (particle, centre) in self.placed() {
-            let color = Some(self.value[particle])
-                .filter(|value| can_draw(*value))
-                .map(|value| level(value, range));
-            paths
-                .entry(color)
-                .or_default()
-                .extend(self.particle_path(frame, particle, centre, shrink));
+            let color = Some(self.value[particle]).filter(|value| can_draw(*value)).map(|value| level(value, range));
+            paths.entry(color).or_default().extend(self.particle_path(frame, particle, centre, shrink));
         }
         for (color, path) in paths {
             page.fill("particles", path, color.map_or(style::MUTED, level_color));
@@ -200,13 +170,8 @@ impl ParticleChart {
         if self.half_size.is_empty() {
             return circle(place, self.dot_radius(frame));
         }
-        let half = self
-            .half_size(particle)
-            .map(|side| (side * points_per_unit(frame) - shrink).max(0.25));
-        rectangle(
-            [place[0] - half[0], place[1] - half[1]],
-            [place[0] + half[0], place[1] + half[1]],
-        )
+        let half = self.half_size(particle).map(|side| (side * points_per_unit(frame) - shrink).max(0.25));
+        rectangle([place[0] - half[0], place[1] - half[1]], [place[0] + half[0], place[1] + half[1]])
     }
 
     /// Radius of dots (pt): they would fill three quarters of the framed area.
@@ -217,28 +182,14 @@ impl ParticleChart {
 
     /// Draws the outline.
     fn draw_outline(&self, page: &mut Drawing, frame: &Frame) {
-        let path = self
-            .placed_outline()
-            .flat_map(|ends| line(frame.place(ends[0]), frame.place(ends[1])))
-            .collect();
-        page.stroke(
-            "outline",
-            path,
-            Stroke {
-                color: INK,
-                width: 0.8,
-                dash: &[3.0, 2.0],
-            },
-        );
+        let path = self.placed_outline().flat_map(|ends| line(frame.place(ends[0]), frame.place(ends[1]))).collect();
+        page.stroke("outline", path, Stroke { color: INK, width: 0.8, dash: &[3.0, 2.0] });
     }
 
     /// What the picture cannot show, in words.
     fn notes(&self) -> Vec<String> {
         let missing = self.position.len() - self.placed().count();
-        let grey = self
-            .placed()
-            .filter(|(particle, _)| !can_draw(self.value[*particle]))
-            .count();
+        let grey = self.placed().filter(|(particle, _)| !can_draw(self.value[*particle])).count();
         let mut notes = Vec::new();
         if self.position.is_empty() {
             notes.push(String::from("no particles"));
@@ -263,11 +214,7 @@ impl Figure for ParticleChart {
     fn check(&self, path: &Path) -> Result<(), FigureError> {
         let count = self.position.len();
         check_length(path, "value", count, self.value.len())?;
-        if self.half_size.is_empty() {
-            Ok(())
-        } else {
-            check_length(path, "half_size", count, self.half_size.len())
-        }
+        if self.half_size.is_empty() { Ok(()) } else { check_length(path, "half_size", count, self.half_size.len()) }
     }
 
     fn layout(&self, typeface: &Typeface) -> Drawing {
@@ -282,10 +229,7 @@ impl Figure for ParticleChart {
         let widest = |rows: &[String], size| rows.iter().map(|row| typeface.width(row, size)).fold(0.0, f64::max);
         let content = margins.left + frame.size[0] + margins.right;
         let width = content.max(widest(&title, style::TITLE_SIZE).max(widest(&notes, TICK_SIZE)) + 2.0 * RIM);
-        frame.corner = [
-            margins.left + 0.5 * (width - content),
-            RIM + title_height(&title) + margins.above,
-        ];
+        frame.corner = [margins.left + 0.5 * (width - content), RIM + title_height(&title) + margins.above];
         let foot = frame.far_corner()[1] + margins.below;
         let mut page = Drawing::new(width, foot + notes.len() as f64 * NOTE_HEIGHT + RIM);
         draw_title(&mut page, typeface, &title, [0.5 * width, RIM]);
@@ -357,32 +301,21 @@ impl ColorBar {
     /// Chooses direction, length and ticks.
     fn new(typeface: &Typeface, range: [f64; 2], beyond: [bool; 2], label: &str, frame: &Frame) -> Self {
         let upright = frame.size[1] >= SMALLEST_BAR;
-        let length = if upright {
-            frame.size[1]
-        } else {
-            frame.size[0].max(100.0)
-        };
+        let length = if upright { frame.size[1] } else { frame.size[0].max(100.0) };
         let build = |intervals| Axis::tight(range, intervals);
-        let axis = Axis::finest(6, build, |axis| {
-            if upright {
-                lines_fit(axis, length)
-            } else {
-                labels_fit(typeface, axis, length)
-            }
-        });
+        let axis =
+            Axis::finest(
+                6,
+                build,
+                |axis| {
+                    if upright { lines_fit(axis, length) } else { labels_fit(typeface, axis, length) }
+                },
+            );
         let title = axis.title(label);
         let title_width = typeface.width(&title, LABEL_SIZE);
         let widths = axis.ticks.iter().map(|tick| typeface.width(&tick.label, TICK_SIZE));
         let label_width = widths.fold(0.0, f64::max);
-        Self {
-            axis,
-            title,
-            title_width,
-            label_width,
-            length,
-            upright,
-            beyond,
-        }
+        Self { axis, title, title_width, label_width, length, upright, beyond }
     }
 
     /// Room beside the framed area (pt).
@@ -395,24 +328,13 @@ impl ColorBar {
 
     /// Room below the framed area and its titles (pt).
     fn room_below(&self) -> f64 {
-        if self.upright {
-            0.0
-        } else {
-            COLOR_BAR_GAP + COLOR_BAR_WIDTH + Frame::room_below(TickSide::Outside)
-        }
+        if self.upright { 0.0 } else { COLOR_BAR_GAP + COLOR_BAR_WIDTH + Frame::room_below(TickSide::Outside) }
     }
 
     /// How far a lying bar or its title stand out to either side of the framed area (pt).
     fn overhang(&self, frame: &Frame) -> f64 {
-        let longest = self
-            .title_width
-            .max(self.length + self.label_width)
-            .max(self.length + 2.0 * COLOR_BAR_WIDTH);
-        if self.upright {
-            0.0
-        } else {
-            (0.5 * (longest - frame.size[0])).max(0.0)
-        }
+        let longest = self.title_width.max(self.length + self.label_width).max(self.length + 2.0 * COLOR_BAR_WIDTH);
+        if self.upright { 0.0 } else { (0.5 * (longest - frame.size[0])).max(0.0) }
     }
 
     /// How far the title of an upright bar, or its pointed ends, stand out above and below the framed area (pt).
@@ -420,11 +342,7 @@ impl ColorBar {
         if !self.upright {
             return 0.0;
         }
-        let points = if self.beyond == [false; 2] {
-            0.0
-        } else {
-            COLOR_BAR_WIDTH
-        };
+        let points = if self.beyond == [false; 2] { 0.0 } else { COLOR_BAR_WIDTH };
         (0.5 * (self.title_width - frame.size[1])).max(points)
     }
 
@@ -441,36 +359,22 @@ impl ColorBar {
     /// The place on the page at a distance along the bar, and a distance across it towards its numbers (pt).
     fn place(&self, frame: &Frame, along: f64, across: f64) -> [f64; 2] {
         let [x, y] = self.origin(frame);
-        if self.upright {
-            [x + across, y - along]
-        } else {
-            [x + along, y + across]
-        }
+        if self.upright { [x + across, y - along] } else { [x + along, y + across] }
     }
 
     /// Draws the bar, its numbers and its title.
     fn draw(&self, page: &mut Drawing, typeface: &Typeface, frame: &Frame) {
         self.draw_colors(page, frame);
         self.draw_points(page, frame);
-        let corners = [
-            self.place(frame, 0.0, 0.0),
-            self.place(frame, self.length, COLOR_BAR_WIDTH),
-        ];
-        page.stroke(
-            "bar",
-            rectangle(corners[0], corners[1]),
-            Stroke::solid(INK, FRAME_WIDTH),
-        );
+        let corners = [self.place(frame, 0.0, 0.0), self.place(frame, self.length, COLOR_BAR_WIDTH)];
+        page.stroke("bar", rectangle(corners[0], corners[1]), Stroke::solid(INK, FRAME_WIDTH));
         for tick in &self.axis.ticks {
             self.draw_tick(page, typeface, frame, (self.axis.fraction(tick.value), &tick.label));
         }
         let (depth, direction) = if self.upright {
             (self.room_right() - COLOR_BAR_GAP - 0.5 * LABEL_SIZE, Direction::Upwards)
         } else {
-            (
-                COLOR_BAR_WIDTH + Frame::room_below(TickSide::Outside) - 0.5 * LABEL_SIZE,
-                Direction::Across,
-            )
+            (COLOR_BAR_WIDTH + Frame::room_below(TickSide::Outside) - 0.5 * LABEL_SIZE, Direction::Across)
         };
         let anchor = self.place(frame, 0.5 * self.length, depth);
         typeface.draw(page, &self.title, LABEL_SIZE, anchor, (Align::Middle, direction));
@@ -480,16 +384,9 @@ impl ColorBar {
     fn draw_tick(&self, page: &mut Drawing, typeface: &Typeface, frame: &Frame, (fraction, label): (f64, &str)) {
         let along = fraction * self.length;
         let outer = COLOR_BAR_WIDTH + TICK_LENGTH;
-        let ends = [
-            self.place(frame, along, COLOR_BAR_WIDTH),
-            self.place(frame, along, outer),
-        ];
+        let ends = [self.place(frame, along, COLOR_BAR_WIDTH), self.place(frame, along, outer)];
         page.stroke("ticks", line(ends[0], ends[1]), Stroke::solid(INK, FRAME_WIDTH));
-        let (align, gap) = if self.upright {
-            (Align::Start, GAP)
-        } else {
-            (Align::Middle, GAP + 0.5 * TICK_SIZE)
-        };
+        let (align, gap) = if self.upright { (Align::Start, GAP) } else { (Align::Middle, GAP + 0.5 * TICK_SIZE) };
         let anchor = self.place(frame, along, outer + gap);
         typeface.draw(page, label, TICK_SIZE, anchor, (align, Direction::Across));
     }
@@ -508,11 +405,7 @@ impl ColorBar {
         let ends = [(0.0, -1.0, 0), (self.length, 1.0, LEVELS - 1)];
         for (_, (along, outwards, level)) in self.beyond.into_iter().zip(ends).filter(|(beyond, _)| *beyond) {
             let tip = self.place(frame, along + outwards * 0.9 * COLOR_BAR_WIDTH, 0.5 * COLOR_BAR_WIDTH);
-            let triangle = polygon(&[
-                self.place(frame, along, 0.0),
-                tip,
-                self.place(frame, along, COLOR_BAR_WIDTH),
-            ]);
+            let triangle = polygon(&[self.place(frame, along, 0.0), tip, self.place(frame, along, COLOR_BAR_WIDTH)]);
             page.fill("beyond", triangle.clone(), level_color(level));
             page.stroke("beyond", triangle, Stroke::solid(INK, FRAME_WIDTH));
         }

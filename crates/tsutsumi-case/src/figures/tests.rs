@@ -2,17 +2,8 @@
 
 use super::*;
 
-const NASTY: [f64; 9] = [
-    f64::NAN,
-    f64::INFINITY,
-    f64::NEG_INFINITY,
-    f64::MAX,
-    f64::MIN_POSITIVE,
-    0.0,
-    -0.0,
-    -3.0,
-    1e-200,
-];
+const NASTY: [f64; 9] =
+    [f64::NAN, f64::INFINITY, f64::NEG_INFINITY, f64::MAX, f64::MIN_POSITIVE, 0.0, -0.0, -3.0, 1e-200];
 
 fn page_of(figure: &impl Figure) -> Drawing {
     figure.layout(&Typeface::embedded().unwrap())
@@ -21,15 +12,10 @@ fn page_of(figure: &impl Figure) -> Drawing {
 /// All numbers of the paths of one class.
 fn numbers(svg: &str, class: &str) -> Vec<Vec<f64>> {
     let document = roxmltree::Document::parse(svg).unwrap();
-    let paths = document
-        .descendants()
-        .filter(|node| node.attribute("class") == Some(class));
+    let paths = document.descendants().filter(|node| node.attribute("class") == Some(class));
     let split = |text: &str| {
         let parts = text.split(|character: char| !"0123456789.-".contains(character));
-        parts
-            .filter(|part| !part.is_empty())
-            .map(|part| part.parse().unwrap())
-            .collect()
+        parts.filter(|part| !part.is_empty()).map(|part| part.parse().unwrap()).collect()
     };
     paths.map(|node| split(node.attribute("d").unwrap())).collect()
 }
@@ -37,10 +23,7 @@ fn numbers(svg: &str, class: &str) -> Vec<Vec<f64>> {
 /// The words of an SVG, in the order of drawing.
 fn words(svg: &str) -> Vec<String> {
     let document = roxmltree::Document::parse(svg).unwrap();
-    document
-        .descendants()
-        .filter_map(|node| node.attribute("aria-label").map(String::from))
-        .collect()
+    document.descendants().filter_map(|node| node.attribute("aria-label").map(String::from)).collect()
 }
 
 /// Left, top, right, bottom of a path `M x y H x V y H x Z`.
@@ -49,33 +32,17 @@ fn sides(rectangle: &[f64]) -> [f64; 4] {
 }
 
 fn line_chart(x: Vec<f64>, y: Vec<f64>) -> LineChart {
-    let curve = Curve {
-        label: "a < b & \"c\"".into(),
-        x,
-        y,
-        style: CurveStyle::Line,
-    };
-    LineChart {
-        x_label: "time (s)".into(),
-        y_label: "σ′ (kPa)".into(),
-        curves: vec![curve],
-        ..LineChart::default()
-    }
+    let curve = Curve { label: "a < b & \"c\"".into(), x, y, style: CurveStyle::Line };
+    LineChart { x_label: "time (s)".into(), y_label: "σ′ (kPa)".into(), curves: vec![curve], ..LineChart::default() }
 }
 
 /// A body of 4 by 8 particles that fills the grid from the origin to its size.
 fn body([width, height]: [f64; 2]) -> ParticleChart {
     let half = [width / 8.0, height / 16.0];
-    let mut chart = ParticleChart {
-        grid_x: vec![0.0, width],
-        grid_y: vec![0.0, height],
-        ..ParticleChart::default()
-    };
+    let mut chart = ParticleChart { grid_x: vec![0.0, width], grid_y: vec![0.0, height], ..ParticleChart::default() };
     for index in 0..32 {
         let [column, row] = [f64::from(index % 4), f64::from(index / 4)];
-        chart
-            .position
-            .push([(2.0 * column + 1.0) * half[0], (2.0 * row + 1.0) * half[1]]);
+        chart.position.push([(2.0 * column + 1.0) * half[0], (2.0 * row + 1.0) * half[1]]);
         chart.half_size.push(half);
         chart.value.push(f64::from(index));
     }
@@ -99,10 +66,7 @@ fn the_curve_lies_in_the_frame_and_grows_downwards_if_told() {
         let [left, top, right, bottom] = sides(&numbers(&svg, "frame")[0]);
         let curve = &numbers(&svg, "curve")[0];
         for point in curve.chunks_exact(2) {
-            assert!(
-                (left..=right).contains(&point[0]) && (top..=bottom).contains(&point[1]),
-                "{point:?}"
-            );
+            assert!((left..=right).contains(&point[0]) && (top..=bottom).contains(&point[1]), "{point:?}");
         }
         assert_eq!(curve[5] > curve[1], y_down);
     }
@@ -141,10 +105,7 @@ fn particles_have_their_size_and_place() {
     assert!((scale - (bottom - top) / 8.0).abs() < 0.01);
     // The first particle is the lowest left one; its gap takes 0.15 pt off each side.
     let first = &numbers(&svg, "particles")[0];
-    assert!(
-        (first[0] - (left + 0.15)).abs() < 0.02 && (first[2] - (left + scale - 0.15)).abs() < 0.02,
-        "{first:?}"
-    );
+    assert!((first[0] - (left + 0.15)).abs() < 0.02 && (first[2] - (left + scale - 0.15)).abs() < 0.02, "{first:?}");
     assert!((first[3] - (bottom - 0.15)).abs() < 0.02, "{first:?}");
 }
 
@@ -193,10 +154,7 @@ fn missing_values_and_positions_are_told() {
     chart.position[5][1] = f64::NAN;
     let words = words(&page_of(&chart).to_svg());
     assert!(words.contains(&String::from("grey: 1 without value")), "{words:?}");
-    assert!(
-        words.contains(&String::from("not drawn: 1 without position")),
-        "{words:?}"
-    );
+    assert!(words.contains(&String::from("not drawn: 1 without position")), "{words:?}");
 }
 
 #[test]
@@ -224,10 +182,7 @@ fn a_legend_inside_stands_clear_of_the_curve() {
     let svg = page_of(&line_chart((0..100).map(f64::from).collect(), falling)).to_svg();
     let [left, top, right, bottom] = sides(&numbers(&svg, "legend")[0]);
     for point in numbers(&svg, "curve")[0].chunks_exact(2) {
-        assert!(
-            !((left..=right).contains(&point[0]) && (top..=bottom).contains(&point[1])),
-            "{point:?}"
-        );
+        assert!(!((left..=right).contains(&point[0]) && (top..=bottom).contains(&point[1])), "{point:?}");
     }
 }
 
@@ -247,42 +202,17 @@ fn both_files_are_written_and_the_same_each_time() {
 #[test]
 fn errors_name_the_figure_and_leave_no_file() {
     let folder = empty_folder("errors");
-    let short = line_chart(vec![0.0, 1.0], vec![0.0])
-        .save(&folder.join("short"))
-        .unwrap_err();
-    assert!(
-        matches!(
-            &short,
-            FigureError::Length {
-                expected: 2,
-                found: 1,
-                ..
-            }
-        ),
-        "{short}"
-    );
+    let short = line_chart(vec![0.0, 1.0], vec![0.0]).save(&folder.join("short")).unwrap_err();
+    assert!(matches!(&short, FigureError::Length { expected: 2, found: 1, .. }), "{short}");
     assert!(short.to_string().contains("short"), "{short}");
     let mut chart = body([1.0, 1.0]);
     chart.value.pop();
-    assert!(matches!(
-        chart.save(&folder.join("value")),
-        Err(FigureError::Length {
-            expected: 32,
-            found: 31,
-            ..
-        })
-    ));
+    assert!(matches!(chart.save(&folder.join("value")), Err(FigureError::Length { expected: 32, found: 31, .. })));
     let missing = folder.join("missing").join("figure");
-    assert!(matches!(
-        body([1.0, 1.0]).save(&missing),
-        Err(FigureError::Write { .. })
-    ));
+    assert!(matches!(body([1.0, 1.0]).save(&missing), Err(FigureError::Write { .. })));
     // A folder that has the name of the file: the partial file is written, but cannot be moved there.
     fs::create_dir(folder.join("taken.svg")).unwrap();
-    assert!(matches!(
-        body([1.0, 1.0]).save(&folder.join("taken")),
-        Err(FigureError::Write { .. })
-    ));
+    assert!(matches!(body([1.0, 1.0]).save(&folder.join("taken")), Err(FigureError::Write { .. })));
     assert_eq!(fs::read_dir(&folder).unwrap().count(), 1);
     fs::remove_dir_all(folder).unwrap();
 }

@@ -32,9 +32,7 @@ pub(super) struct Typeface {
 impl Typeface {
     /// Reads the embedded typeface.
     pub(super) fn embedded() -> Result<Self, FaceParsingError> {
-        Ok(Self {
-            face: Face::parse(notosans::REGULAR_TTF, 0)?,
-        })
+        Ok(Self { face: Face::parse(notosans::REGULAR_TTF, 0)? })
     }
 
     /// Width of a line of text (pt) at a font size (pt).
@@ -45,11 +43,7 @@ impl Typeface {
     /// The font size, or a smaller one at which the text is not wider than `available` (pt), but not below 5 pt.
     pub(super) fn fitting_size(&self, text: &str, size: f64, available: f64) -> f64 {
         let width = self.width(text, size);
-        if width <= available {
-            size
-        } else {
-            (size * available / width).max(5.0)
-        }
+        if width <= available { size } else { (size * available / width).max(5.0) }
     }
 
     /// Breaks a text between words into lines not wider than `available` (pt), as far as its words allow.
@@ -83,18 +77,9 @@ impl Typeface {
             Align::End => -self.width(text, size),
         };
         // Half the height of a digit below the middle is the baseline: numbers and labels look centred that way.
-        let baseline = 0.5
-            * self
-                .face
-                .capital_height()
-                .map_or(0.7 * size, |height| f64::from(height) * self.scale(size));
-        let mut outline = Outline {
-            path: Vec::new(),
-            anchor,
-            direction,
-            offset: [start, 0.0],
-            scale: 0.0,
-        };
+        let baseline =
+            0.5 * self.face.capital_height().map_or(0.7 * size, |height| f64::from(height) * self.scale(size));
+        let mut outline = Outline { path: Vec::new(), anchor, direction, offset: [start, 0.0], scale: 0.0 };
         for character in text.chars() {
             let form = Form::of(character);
             outline.scale = self.scale(size) * form.scale;
@@ -105,13 +90,7 @@ impl Typeface {
             outline.offset[0] += self.advance(character) * self.scale(size);
         }
         let words = Some(text.to_owned());
-        page.add(Shape {
-            path: outline.path,
-            fill: Some(style::INK),
-            class: "text",
-            words,
-            ..Shape::default()
-        });
+        page.add(Shape { path: outline.path, fill: Some(style::INK), class: "text", words, ..Shape::default() });
     }
 
     /// Points per font unit at a font size.
@@ -130,9 +109,7 @@ impl Typeface {
     /// Advance of a character in font units.
     fn advance(&self, character: char) -> f64 {
         let form = Form::of(character);
-        let advance = self
-            .glyph(form.character)
-            .and_then(|glyph| self.face.glyph_hor_advance(glyph));
+        let advance = self.glyph(form.character).and_then(|glyph| self.face.glyph_hor_advance(glyph));
         form.scale * advance.map_or(0.0, f64::from)
     }
 }
@@ -152,24 +129,12 @@ impl Form {
         let place = |list: &str| list.chars().position(|other| other == character);
         let plain = |place: usize| "0123456789−+".chars().nth(place).unwrap_or(character);
         if let Some(place) = place("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺") {
-            return Self {
-                character: plain(place),
-                scale: 0.66,
-                rise: 0.34,
-            };
+            return Self { character: plain(place), scale: 0.66, rise: 0.34 };
         }
         if let Some(place) = place("₀₁₂₃₄₅₆₇₈₉₋₊") {
-            return Self {
-                character: plain(place),
-                scale: 0.66,
-                rise: -0.13,
-            };
+            return Self { character: plain(place), scale: 0.66, rise: -0.13 };
         }
-        Self {
-            character,
-            scale: 1.0,
-            rise: 0.0,
-        }
+        Self { character, scale: 1.0, rise: 0.0 }
     }
 }
 
@@ -208,8 +173,7 @@ impl OutlineBuilder for Outline {
     }
 
     fn curve_to(&mut self, x1: f32, y1: f32, x2: f32, y2: f32, x: f32, y: f32) {
-        self.path
-            .push(Segment::Cubic(self.place(x1, y1), self.place(x2, y2), self.place(x, y)));
+        self.path.push(Segment::Cubic(self.place(x1, y1), self.place(x2, y2), self.place(x, y)));
     }
 
     fn close(&mut self) {

@@ -60,19 +60,11 @@ impl ConstitutiveLaw for LinearElastic {
 
     fn validate(&self) -> Result<(), LawError> {
         if !(self.young > 0.0 && self.young.is_finite()) {
-            return Err(LawError::Parameter {
-                name: "young",
-                value: self.young,
-                expected: "positive (Pa)",
-            });
+            return Err(LawError::Parameter { name: "young", value: self.young, expected: "positive (Pa)" });
         }
         if !(self.poisson > -1.0 && self.poisson < 0.5) {
             let expected = "above -1 and below 0.5";
-            return Err(LawError::Parameter {
-                name: "poisson",
-                value: self.poisson,
-                expected,
-            });
+            return Err(LawError::Parameter { name: "poisson", value: self.poisson, expected });
         }
         Ok(())
     }
@@ -83,10 +75,7 @@ mod tests {
     use super::*;
 
     /// The paper's soil; moduli derived by hand: G = 1500 kPa, E_oed = 16500 kPa.
-    const SOIL: LinearElastic = LinearElastic {
-        young: 4.35e6,
-        poisson: 0.45,
-    };
+    const SOIL: LinearElastic = LinearElastic { young: 4.35e6, poisson: 0.45 };
 
     #[test]
     fn moduli_of_the_papers_soil() {
@@ -103,9 +92,7 @@ mod tests {
 
     #[test]
     fn the_tangent_by_differences_is_the_stiffness() {
-        let tangent = SOIL
-            .tangent(Sym3::diagonal(1e3, 0.0, 0.0), (), Sym3::diagonal(1e-3, 0.0, 2e-3))
-            .unwrap();
+        let tangent = SOIL.tangent(Sym3::diagonal(1e3, 0.0, 0.0), (), Sym3::diagonal(1e-3, 0.0, 2e-3)).unwrap();
         let close = |i, j, expected: f64| assert!((tangent[(i, j)] - expected).abs() < 1e-7 * 16.5e6, "{i} {j}");
         close(0, 0, 16.5e6);
         close(0, 1, 13.5e6);
@@ -116,18 +103,8 @@ mod tests {
     #[test]
     fn parameters_out_of_range_are_named() {
         let error = LinearElastic { poisson: 0.5, ..SOIL }.validate().unwrap_err();
-        assert_eq!(
-            error.to_string(),
-            "parameter `poisson` is 0.5, but must be above -1 and below 0.5"
-        );
-        assert!(
-            LinearElastic {
-                young: f64::NAN,
-                ..SOIL
-            }
-            .validate()
-            .is_err()
-        );
+        assert_eq!(error.to_string(), "parameter `poisson` is 0.5, but must be above -1 and below 0.5");
+        assert!(LinearElastic { young: f64::NAN, ..SOIL }.validate().is_err());
         assert!(SOIL.validate().is_ok());
     }
 }

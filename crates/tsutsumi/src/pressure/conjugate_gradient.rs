@@ -18,22 +18,13 @@ pub(super) enum Breakdown {
     /// A direction of non-positive curvature: the matrix is not positive definite. `row` is its largest component.
     Indefinite { row: usize, quotient: f64 },
     /// Too many iterations.
-    NotConverged {
-        row: usize,
-        iterations: usize,
-        residual: f64,
-    },
+    NotConverged { row: usize, iterations: usize, residual: f64 },
 }
 
 impl ConjugateGradient {
     /// Makes room for systems of `size` unknowns.
     pub(super) fn resize(&mut self, size: usize) {
-        for work in [
-            &mut self.residual,
-            &mut self.direction,
-            &mut self.product,
-            &mut self.scaled,
-        ] {
+        for work in [&mut self.residual, &mut self.direction, &mut self.product, &mut self.scaled] {
             work.resize(size, 0.0);
         }
     }
@@ -53,10 +44,7 @@ impl ConjugateGradient {
             return Ok(0);
         }
         if let Some(row) = diagonal.iter().position(|&d| !(d > 0.0)) {
-            return Err(Breakdown::Indefinite {
-                row,
-                quotient: diagonal[row],
-            });
+            return Err(Breakdown::Indefinite { row, quotient: diagonal[row] });
         }
         multiply(x, &mut self.product);
         for i in 0..size {
@@ -74,20 +62,13 @@ impl ConjugateGradient {
             }
             if iteration == limit || !residual.is_finite() {
                 let row = largest(&self.residual);
-                return Err(Breakdown::NotConverged {
-                    row,
-                    iterations: iteration,
-                    residual,
-                });
+                return Err(Breakdown::NotConverged { row, iterations: iteration, residual });
             }
             multiply(&self.direction, &mut self.product);
             let curvature = dot(&self.direction, &self.product);
             if !(curvature > 0.0) {
                 let quotient = curvature / dot(&self.direction, &self.direction);
-                return Err(Breakdown::Indefinite {
-                    row: largest(&self.direction),
-                    quotient,
-                });
+                return Err(Breakdown::Indefinite { row: largest(&self.direction), quotient });
             }
             let alpha = rz / curvature;
             for i in 0..size {
@@ -156,19 +137,10 @@ mod tests {
     #[test]
     fn indefinite_and_not_finite_systems_are_named() {
         let indefinite = DMatrix::from_row_slice(2, 2, &[1.0, 2.0, 2.0, 1.0]);
-        assert!(matches!(
-            solve(&indefinite, &[1.0, -1.0]),
-            Err(Breakdown::Indefinite { .. })
-        ));
+        assert!(matches!(solve(&indefinite, &[1.0, -1.0]), Err(Breakdown::Indefinite { .. })));
         let negative = DMatrix::from_row_slice(1, 1, &[-1.0]);
-        assert!(matches!(
-            solve(&negative, &[1.0]),
-            Err(Breakdown::Indefinite { row: 0, .. })
-        ));
+        assert!(matches!(solve(&negative, &[1.0]), Err(Breakdown::Indefinite { row: 0, .. })));
         let identity = DMatrix::identity(2, 2);
-        assert!(matches!(
-            solve(&identity, &[f64::NAN, 0.0]),
-            Err(Breakdown::NotConverged { .. })
-        ));
+        assert!(matches!(solve(&identity, &[f64::NAN, 0.0]), Err(Breakdown::NotConverged { .. })));
     }
 }

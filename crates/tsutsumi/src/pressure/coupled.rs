@@ -224,26 +224,18 @@ impl<const D: usize> Coupled<D> {
             if self.cells[slot as usize].drained.contains(side) {
                 let conductance = 1.0 / (resistance(slot, side.axis) * self.fluid.unit_weight);
                 let to_side = side.sign() * self.boxes[slot as usize].half_extent(side.axis);
-                self.drains
-                    .push((slot, conductance, conductance * weight[side.axis] * to_side));
+                self.drains.push((slot, conductance, conductance * weight[side.axis] * to_side));
             }
         }
     }
 
     /// c = γΔt − k/g at the active nodes, k the mean of the cells around.
     fn relax_nodes(&mut self, at: &StepView<D>) {
-        let per_conductivity = if self.fluid_inertia {
-            self.fluid.density / self.fluid.unit_weight
-        } else {
-            0.0
-        };
+        let per_conductivity = if self.fluid_inertia { self.fluid.density / self.fluid.unit_weight } else { 0.0 };
         for (i, &node) in at.active.nodes().iter().enumerate() {
             let around = self.topology.cells_of_node(i);
             let stencil_len = self.topology.stencil_len;
-            let sum: f64 = around
-                .iter()
-                .map(|&e| self.cells[e as usize / stencil_len].conductivity)
-                .sum();
+            let sum: f64 = around.iter().map(|&e| self.cells[e as usize / stencil_len].conductivity).sum();
             self.relaxation[node as usize] = at.dt - per_conductivity * sum / around.len() as f64;
         }
     }
@@ -303,11 +295,7 @@ impl<const D: usize> Coupled<D> {
         self.matrix.factorize().map_err(|bad| {
             let cell = at.cell_index_of_slot(topology.slot_of_row[bad.row] as usize);
             match bad.pivot.is_finite() {
-                true => PressureError::NotPositiveDefinite {
-                    time: at.time,
-                    cell,
-                    pivot: bad.pivot,
-                },
+                true => PressureError::NotPositiveDefinite { time: at.time, cell, pivot: bad.pivot },
                 false => PressureError::NotFinite { time: at.time, cell },
             }
         })?;
@@ -325,17 +313,7 @@ impl<const D: usize> Coupled<D> {
 
     /// Solves by conjugate gradients without assembling the matrix, started from the last pressures.
     fn solve_iteratively(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) -> Result<usize, PressureError> {
-        let Coupled {
-            topology,
-            divergence,
-            cells,
-            inner,
-            drains,
-            relaxation,
-            nodal,
-            diagonal,
-            ..
-        } = self;
+        let Coupled { topology, divergence, cells, inner, drains, relaxation, nodal, diagonal, .. } = self;
         let compliance = |node: usize| nodes.mobility[node] * relaxation[node];
         for (slot, cell) in cells.iter().enumerate() {
             diagonal[slot] = cell.storage;
@@ -368,37 +346,21 @@ impl<const D: usize> Coupled<D> {
                 product[slot as usize] += conductance * p[slot as usize];
             }
         };
-        self.iteration
-            .solve(multiply, diagonal, &self.right, &mut self.solution)
-            .map_err(|breakdown| match breakdown {
-                Breakdown::Indefinite { row, quotient } => PressureError::NotPositiveDefinite {
-                    time: at.time,
-                    cell: at.cell_index_of_slot(row),
-                    pivot: quotient,
-                },
-                Breakdown::NotConverged {
-                    row,
-                    iterations,
-                    residual,
-                } => {
-                    let cell = at.cell_index_of_slot(row);
-                    PressureError::NotConverged {
-                        time: at.time,
-                        cell,
-                        iterations,
-                        residual,
-                    }
-                }
-            })
+        self.iteration.solve(multiply, diagonal, &self.right, &mut self.solution).map_err(|breakdown| match breakdown {
+            Breakdown::Indefinite { row, quotient } => {
+                PressureError::NotPositiveDefinite { time: at.time, cell: at.cell_index_of_slot(row), pivot: quotient }
+            }
+            Breakdown::NotConverged { row, iterations, residual } => {
+                let cell = at.cell_index_of_slot(row);
+                PressureError::NotConverged { time: at.time, cell, iterations, residual }
+            }
+        })
     }
 
     /// The first value that is not finite becomes an error that names its cell.
     fn check_finite(at: &StepView<D>, values: &[f64]) -> Result<(), PressureError> {
         match values.iter().position(|value| !value.is_finite()) {
-            Some(slot) => Err(PressureError::NotFinite {
-                time: at.time,
-                cell: at.cell_index_of_slot(slot),
-            }),
+            Some(slot) => Err(PressureError::NotFinite { time: at.time, cell: at.cell_index_of_slot(slot) }),
             None => Ok(()),
         }
     }
@@ -419,8 +381,7 @@ impl Topology {
         self.open.clear();
         for (slot, &cell) in at.active.cells().iter().enumerate() {
             let cell = cell as usize;
-            at.transfer
-                .visit_stencil(at.grid, cell, &mut |node| self.stencils.push(node as u32));
+            at.transfer.visit_stencil(at.grid, cell, &mut |node| self.stencils.push(node as u32));
             for side in Side::all::<D>() {
                 match at.grid.neighbor(cell, side).and_then(|other| at.active.slot(other)) {
                     Some(other) if side.upper => self.faces.push((slot as u32, other as u32, side.axis as u8)),
@@ -483,11 +444,8 @@ impl Topology {
         for (row, &slot) in self.slot_of_row.iter().enumerate() {
             self.row_of_slot[slot as usize] = row as u32;
         }
-        let square_widths: usize = self
-            .first_columns()
-            .enumerate()
-            .map(|(row, first)| (row - first as usize).pow(2))
-            .sum();
+        let square_widths: usize =
+            self.first_columns().enumerate().map(|(row, first)| (row - first as usize).pow(2)).sum();
         self.direct = square_widths <= DIRECT_MEAN_SQUARE_WIDTH * cells.len().max(1);
     }
 
@@ -516,11 +474,7 @@ impl Topology {
     fn divergence_of<const D: usize>(&self, slot: usize, divergence: &[Vector<D>], nodal: &[Vector<D>]) -> f64 {
         let entries = slot * self.stencil_len..(slot + 1) * self.stencil_len;
         let nodes = &self.stencils[entries.clone()];
-        nodes
-            .iter()
-            .zip(&divergence[entries])
-            .map(|(&node, k)| k.dot(&nodal[node as usize]))
-            .sum()
+        nodes.iter().zip(&divergence[entries]).map(|(&node, k)| k.dot(&nodal[node as usize])).sum()
     }
 
     /// K_v p at the active nodes, into `nodal`.
@@ -570,35 +524,27 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
         self.sum_particles(at, particles);
         fill_boxes(self.quadrature, at, particles, &mut self.boxes);
         if self.quadrature == Quadrature::MaterialPoints {
-            at.transfer
-                .divergence_of_particles(at.grid, particles, at.active, &mut self.divergence);
+            at.transfer.divergence_of_particles(at.grid, particles, at.active, &mut self.divergence);
         }
         self.measure_faces(at);
         self.relax_nodes(at);
         self.fill_right_side(at, cells, nodes);
         Self::check_finite(at, &self.right)?;
-        let iterations = if self.topology.direct {
-            self.solve_directly(at, nodes)?
-        } else {
-            self.solve_iteratively(at, nodes)?
-        };
+        let iterations =
+            if self.topology.direct { self.solve_directly(at, nodes)? } else { self.solve_iteratively(at, nodes)? };
         Self::check_finite(at, &self.solution)?;
 
         for (slot, &cell) in at.active.cells().iter().enumerate() {
             cells.pressure[cell as usize] = self.solution[slot];
         }
-        self.topology
-            .push_nodes(at, &self.divergence, &self.solution, &mut self.nodal);
+        self.topology.push_nodes(at, &self.divergence, &self.solution, &mut self.nodal);
         for &node in at.active.nodes() {
             let node = node as usize;
             nodes.acceleration[node] = (nodes.force[node] + self.nodal[node]).component_mul(&nodes.mobility[node]);
         }
         let flow =
             |&(slot, conductance, gravity): &(u32, f64, f64)| conductance * self.solution[slot as usize] + gravity;
-        Ok(PressureReport {
-            iterations,
-            outflow_rate: self.drains.iter().map(flow).sum(),
-        })
+        Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })
     }
 
     fn cells_to_particles(&self, _at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>) {
@@ -615,11 +561,7 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
     ///
     /// Neither a stiff fluid nor a small conductivity makes it shorter. Without the fluid's inertia τ = k ρ / γ_w.
     fn consolidation_limit(&self, spacing: f64, modulus: f64, density: f64, conductivity: f64) -> Option<f64> {
-        let inertial = if self.fluid_inertia {
-            density - self.fluid.density
-        } else {
-            density
-        };
+        let inertial = if self.fluid_inertia { density - self.fluid.density } else { density };
         let tau = conductivity * inertial.max(0.0) / self.fluid.unit_weight;
         let rate = conductivity * modulus / self.fluid.unit_weight * 4.0 / (spacing * spacing);
         Some((1.0 + (1.0 + 4.0 * tau * rate).sqrt()) / rate)

@@ -25,10 +25,7 @@ impl<const D: usize> FilledBox<D> {
 
     /// The wetted area of the sides normal to `axis` (m²; m in 2-D, 1 in 1-D).
     pub(super) fn side_area(&self, axis: usize) -> f64 {
-        (0..D)
-            .filter(|&other| other != axis)
-            .map(|other| self.upper[other] - self.lower[other])
-            .product()
+        (0..D).filter(|&other| other != axis).map(|other| self.upper[other] - self.lower[other]).product()
     }
 }
 
@@ -45,10 +42,7 @@ pub(super) fn fill_boxes<const D: usize>(
     boxes.clear();
     for &cell in at.active.cells() {
         let lower = at.grid.cell_origin(cell as usize);
-        boxes.push(FilledBox {
-            lower,
-            upper: lower + at.grid.spacing(),
-        });
+        boxes.push(FilledBox { lower, upper: lower + at.grid.spacing() });
     }
     if quadrature == Quadrature::Cell {
         return;
@@ -57,10 +51,7 @@ pub(super) fn fill_boxes<const D: usize>(
     for (slot, &cell) in at.active.cells().iter().enumerate() {
         let whole = boxes[slot];
         for side in Side::all::<D>() {
-            let beyond = at
-                .grid
-                .neighbor(cell as usize, side)
-                .and_then(|other| at.active.slot(other));
+            let beyond = at.grid.neighbor(cell as usize, side).and_then(|other| at.active.slot(other));
             if beyond.is_none() {
                 let (corner, opposite) = match side.upper {
                     true => (&mut boxes[slot].upper, whole.lower),

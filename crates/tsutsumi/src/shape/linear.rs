@@ -25,10 +25,7 @@ impl ShapeFunction for Linear {
     #[inline(always)]
     fn weights(&self, at: CellOnAxis, position: f64, _half_size: f64) -> Weights {
         let xi = position - at.cell as f64;
-        Weights {
-            value: [1.0 - xi, xi, 0.0, 0.0],
-            gradient: [-1.0, 1.0, 0.0, 0.0],
-        }
+        Weights { value: [1.0 - xi, xi, 0.0, 0.0], gradient: [-1.0, 1.0, 0.0, 0.0] }
     }
 }
 

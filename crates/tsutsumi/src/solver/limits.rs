@@ -76,28 +76,20 @@ pub(super) fn step_limits<const D: usize>(parts: &Parts<D>) -> StepLimits {
         let density = lowest(&|p| particles.mass[p] / particles.volume[p]);
         let wet = |p: usize| {
             let (density, conductivity) = (particles.mass[p] / particles.volume[p], particles.conductivity[p]);
-            parts
-                .pressure
-                .consolidation_limit(spacing, p_wave, density, conductivity)
-                .unwrap_or(f64::INFINITY)
+            parts.pressure.consolidation_limit(spacing, p_wave, density, conductivity).unwrap_or(f64::INFINITY)
         };
         let consolidation = lowest(&wet);
         let transverse = (D - 1) as f64;
         let saturated_column = D == 1 && consolidation.is_finite();
         if !saturated_column {
-            limits.skeleton = limits
-                .skeleton
-                .min(spacing / ((p_wave + transverse * s_wave) / density).sqrt());
+            limits.skeleton = limits.skeleton.min(spacing / ((p_wave + transverse * s_wave) / density).sqrt());
         }
         if D > 1 {
             limits.shear = limits.shear.min(spacing / (s_wave / density).sqrt());
         }
         limits.consolidation = limits.consolidation.min(consolidation);
     }
-    limits.governing = match (
-        limits.consolidation.is_finite(),
-        limits.consolidation <= limits.skeleton,
-    ) {
+    limits.governing = match (limits.consolidation.is_finite(), limits.consolidation <= limits.skeleton) {
         (false, _) => Governing::Compression,
         (true, true) => Governing::Consolidation,
         (true, false) => Governing::Hourglass,
