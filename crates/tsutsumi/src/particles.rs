@@ -25,7 +25,8 @@ pub struct Particles<const D: usize> {
     pub volume: Vec<f64>,
     /// Half the edge lengths of the box that the particle stands for (m). They stretch with the material along the axes.
     pub half_size: Vec<Vector<D>>,
-    /// Effective stress σ' (Pa, positive in tension).
+    /// Effective stress σ' (Pa, positive in tension): σ = σ' + p I = σ' − p_w I, Eq. (2). Never specific, σ' = ρ σ'^s.
+    #[doc(alias = "Eq. (2)")]
     pub stress: Vec<Sym3>,
     /// Pore pressure p_w (Pa, positive in compression).
     pub pressure: Vec<f64>,

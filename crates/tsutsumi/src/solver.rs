@@ -37,6 +37,13 @@ pub struct Parts<const D: usize> {
 }
 
 /// A body on its grid, advanced step by step.
+///
+/// # Equation
+///
+/// ```text
+/// ρ a = ∇·σ + ρ b          Eq. (1), momentum balance of soil and water together
+/// ```
+#[doc(alias = "Eq. (1)")]
 pub struct Solver<const D: usize> {
     parts: Parts<D>,
     active: ActiveSet,

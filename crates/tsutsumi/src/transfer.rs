@@ -12,6 +12,15 @@ use crate::tensor::Vector;
 use crate::velocity::Gathered;
 
 /// The passes between particles and grid.
+///
+/// # Equation
+///
+/// The weak form whose integrals become sums over the particles, w = Σ_I N_I w_I:
+///
+/// ```text
+/// ∫ ρ w·a dΩ = −∫ ρ σ'^s : ∇w dΩ − ∫ p I : ∇w dΩ + ∫ w·τ dS + ∫ ρ w·b dΩ          Eq. (3)
+/// ```
+#[doc(alias = "Eq. (3)")]
 pub trait Transfer<const D: usize>: Send + Sync {
     /// The number of nodes in the stencil of a cell.
     fn stencil_len(&self) -> usize;
@@ -29,6 +38,7 @@ pub trait Transfer<const D: usize>: Send + Sync {
     /// ```
     ///
     /// The fields must be cleared before; `velocity_old` holds the momentum afterwards.
+    #[doc(alias = "Eq. (5)")]
     #[doc(alias = "Eq. (10)")]
     fn particles_to_nodes(&self, grid: &Grid<D>, particles: &Particles<D>, nodes: &mut NodeFields<D>);
 

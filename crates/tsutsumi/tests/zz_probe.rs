@@ -10,17 +10,23 @@ fn scan<const D: usize>(name:&str, make: impl Fn()->Body<D>, steps: usize, fs: &
   let l=make().build().step_limits(); 
   for &f in fs { eprintln!("P {name} D{D} limit {:.5} {:?} f {f} dt {:.5} growth {:e}", l.longest(), l.governing, f*l.longest(), growth(make(), f*l.longest(), steps)); }
 }
+
+fn up<const D: usize>(b: Body<D>, m2: bool)->Body<D> { if m2 {b.velocity_update(Mpm2)} else {b} }
+fn bis<const D: usize>(name:&str, make: impl Fn()->Body<D>, steps: usize) {
+  let l=make().build().step_limits(); let (mut lo,mut hi)=(0.1,3.0);
+  for _ in 0..9 { let f=0.5*(lo+hi); if growth(make(), f*l.longest(), steps)<3.0 {lo=f} else {hi=f} }
+  eprintln!("P {name} D{D} limit {:.5} {:?} factor {lo:.3}", l.longest(), l.governing);
+}
 #[test] fn p() { 
  for m2 in [false,true] {
- fn up<const D: usize>(b: Body<D>, m2: bool)->Body<D> { if m2 {b.velocity_update(Mpm2)} else {b} }
- scan::<1>(&format!("wet {m2}"), || up(Body::<1>::column(10.0,1.0).drained(top::<1>()),m2), 2000, &[0.95,1.0,1.02,1.1,1.2]);
- scan::<2>(&format!("wet {m2}"), || up(Body::<2>::column(10.0,1.0).drained(top::<2>()),m2), 2000, &[0.9,1.0,1.2,1.35,1.37,1.5,1.6487,2.0]);
- scan::<3>(&format!("wet {m2}"), || up(Body::<3>::column(10.0,1.0).drained(top::<3>()),m2), 2000, &[0.9,1.0,1.2,1.3,1.4,1.5,1.6,2.0]);
- scan::<2>(&format!("wetwide {m2}"), || up(Body::<2>::layer(4.0,1.0,4).drained(top::<2>()),m2), 2000, &[0.9,1.0,1.2,1.37,1.5,1.65,2.0]);
- scan::<3>(&format!("wetwide {m2}"), || up(Body::<3>::layer(3.0,1.0,3).drained(top::<3>()),m2), 1000, &[0.9,1.0,1.2,1.37,1.5,1.65,2.0]);
- scan::<1>(&format!("dry {m2}"), || up(Body::<1>::column(10.0,1.0).dry(),m2), 3000, &[0.9,1.0,1.1,1.3,1.6]);
- scan::<2>(&format!("dry {m2}"), || up(Body::<2>::layer(4.0,1.0,4).dry(),m2), 3000, &[0.9,1.0,1.1,1.3,1.6]);
- scan::<3>(&format!("dry {m2}"), || up(Body::<3>::layer(3.0,1.0,3).dry(),m2), 1000, &[0.9,1.0,1.1,1.3,1.6]);
+ for n in [1,2,3,4,8] { bis::<1>(&format!("dry m2 {m2} ppc {n}"), || up(Body::<1>::column(10.0,1.0).dry().particles_per_cell([n]),m2), 3000); }
+ for n in [1,2,4] { bis::<2>(&format!("dry m2 {m2} ppc {n}"), || up(Body::<2>::layer(4.0,1.0,4).dry().particles_per_cell([n;2]),m2), 2000); }
+ for n in [1,2,3] { bis::<3>(&format!("dry m2 {m2} ppc {n}"), || up(Body::<3>::layer(3.0,1.0,3).dry().particles_per_cell([n;3]),m2), 600); }
+ for n in [1,2,4] { bis::<2>(&format!("wet m2 {m2} ppc {n}"), || up(Body::<2>::layer(4.0,1.0,4).drained(top::<2>()).particles_per_cell([n;2]),m2), 2000); }
+ for n in [1,2,3] { bis::<3>(&format!("wet m2 {m2} ppc {n}"), || up(Body::<3>::layer(3.0,1.0,3).drained(top::<3>()).particles_per_cell([n;3]),m2), 600); }
+ for k in [1e-4,1e-3,1e-2,1e-1,1.0] { for n in [2,4] { 
+   bis::<1>(&format!("wet k {k} m2 {m2} ppc {n}"), || up(Body::<1>::column(10.0,1.0).drained(top::<1>()).conductivity(move |_| k).particles_per_cell([n]),m2), 3000);
+   bis::<2>(&format!("wet k {k} m2 {m2} ppc {n}"), || up(Body::<2>::column(5.0,1.0).drained(top::<2>()).conductivity(move |_| k).particles_per_cell([n;2]),m2), 2000);
+ } }
  }
- // consolidation-governed in 2-D? k large
 }

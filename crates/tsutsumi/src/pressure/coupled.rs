@@ -57,6 +57,7 @@ pub enum Quadrature {
 /// # Reference
 ///
 /// Goto et al., sec. 2.2; derivation in the book, "The continuity equation".
+#[doc(alias = "Eq. (5)")]
 #[doc(alias = "Eq. (8)")]
 #[doc(alias = "Eq. (9)")]
 pub struct Coupled<const D: usize> {
