@@ -227,15 +227,14 @@ fn remove(removed: io::Result<()>, path: &Path) -> Result<(), ResultsError> {
     }
 }
 
-/// What a case is called: its file name, or its folder's where the file is `case.toml`.
+/// What a case is called: its file name, where `case` stands for the name of the folder.
 fn case_name(path: &Path) -> String {
-    let stem = path.file_stem().map(|stem| stem.to_string_lossy().into_owned());
-    let folder = || Some(path.parent()?.file_name()?.to_string_lossy().into_owned());
-    match stem.as_deref() {
-        Some("case") => folder().or(stem),
+    let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
+    let folder = path.parent().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
+    match (stem.strip_prefix("case"), folder) {
+        (Some(rest), Some(folder)) if rest.is_empty() || rest.starts_with('-') => folder + rest,
         _ => stem,
     }
-    .unwrap_or_else(|| "case".to_owned())
 }
 
 /// A vector of space with zeros for the missing axes.
@@ -312,6 +311,7 @@ mod tests {
     #[test]
     fn a_case_is_called_by_its_file_or_its_folder() {
         assert_eq!(case_name(Path::new("paper-cases/poroelastic-column/case.toml")), "poroelastic-column");
+        assert_eq!(case_name(Path::new("paper-cases/poroelastic-column/case-1d.toml")), "poroelastic-column-1d");
         assert_eq!(case_name(Path::new("slope.toml")), "slope");
         assert_eq!(case_name(Path::new("case.toml")), "case");
     }

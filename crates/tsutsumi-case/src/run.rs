@@ -170,7 +170,7 @@ impl Steps {
             Step::Seconds(dt) => Steps { count: (whole(target / dt) as u64).saturating_sub(solver.steps()), dt },
             Step::Auto => {
                 let interval = target - solver.time();
-                let count = whole(interval / (case.time.safety * solver.step_limits().longest())).max(1.0);
+                let count = whole(interval / (case.time.safety * solver.step_limits().accurate())).max(1.0);
                 Steps { count: count as u64, dt: interval / count }
             }
         }

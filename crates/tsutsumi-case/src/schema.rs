@@ -77,9 +77,10 @@ pub struct Time {
     /// When the run ends (s); it begins at 0.
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub end: f64,
-    /// The time step (s), or `"auto"` for the largest stable one times `safety`.
+    /// The time step (s), or `"auto"` for the longest accurate one times `safety`: that is the longest stable one, or a
+    /// quarter of it where consolidation governs.
     pub step: Step,
-    /// With `step = "auto"`: the fraction of the largest stable step that is taken, in (0, 1].
+    /// With `step = "auto"`: the fraction of the longest accurate step that is taken, in (0, 1].
     #[serde(default = "default_safety")]
     #[schemars(range(max = 1), extend("exclusiveMinimum" = 0))]
     pub safety: f64,
@@ -88,7 +89,7 @@ pub struct Time {
 /// A time step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Step {
-    /// The largest stable step times the safety factor, found anew as the run goes on.
+    /// The longest accurate step times the safety factor, found anew at every output.
     Auto,
     /// Always this long (s).
     Seconds(f64),

@@ -636,14 +636,14 @@ impl<'a> Checks<'a> {
 
     fn output(&mut self) {
         let output = &self.case.output;
-        let intervals = [("output.every", Some(output.every)), ("output.fields_every", output.fields_every)];
-        for (key, interval) in intervals {
-            let Some(interval) = interval else { continue };
-            if self.positive(key, interval) && interval > self.case.time.end {
-                let end = number(self.case.time.end);
-                let message = format!("`{key}` = {} is longer than the run, `time.end` = {end}", number(interval));
-                self.report(key, message, "nothing would be written on the way");
-            }
+        // The first and the last state are written whatever `fields_every` says: it may be longer than the run.
+        if let Some(interval) = output.fields_every {
+            self.positive("output.fields_every", interval);
+        }
+        if self.positive("output.every", output.every) && output.every > self.case.time.end {
+            let (every, end) = (number(output.every), number(self.case.time.end));
+            let message = format!("`output.every` = {every} is longer than the run, `time.end` = {end}");
+            self.report("output.every", message, "nothing would be written on the way");
         }
     }
 }

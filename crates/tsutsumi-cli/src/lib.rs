@@ -23,7 +23,9 @@ use std::path::PathBuf;
 use std::process::ExitCode;
 
 use clap::{Args, Parser, Subcommand};
-use tsutsumi_case::{CaseError, CaseSource, Outcome, Registry, RunError, RunOptions, RunSummary, check, run};
+use tsutsumi_case::{
+    CaseError, CaseSource, Outcome, Registry, ResultsError, RunError, RunOptions, RunSummary, check, run,
+};
 
 use crate::progress::Display;
 
@@ -143,7 +145,7 @@ fn run_case(arguments: &RunArguments, registry: &Registry) -> u8 {
         Err(RunError::Case(error)) => refuse(&error),
         Err(RunError::Results(error)) => {
             eprintln!("error: {error}");
-            RUN_FAILED
+            if matches!(error, ResultsError::Occupied { .. }) { INPUT_WRONG } else { RUN_FAILED }
         }
     }
 }

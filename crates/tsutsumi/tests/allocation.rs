@@ -1,0 +1,69 @@
+//! A step allocates nothing once the first few have set memory aside.
+
+#![allow(clippy::unwrap_used, reason = "a test reports by panicking")]
+
+use tsutsumi::boundary::History;
+use tsutsumi::solver::Solver;
+use tsutsumi::tensor::Vector;
+use tsutsumi_testkit::body::{Body, down};
+use tsutsumi_testkit::reading::{run, top};
+
+/// The allocations of `steps` steps of `dt` (s).
+fn allocations<const D: usize>(solver: &mut Solver<D>, dt: f64, steps: usize) -> u64 {
+    allocation_counter::measure(|| run(solver, dt, steps).unwrap()).count_total
+}
+
+/// The cell of every particle.
+fn cells<const D: usize>(solver: &Solver<D>) -> Vec<u32> {
+    solver.particles().cell.clone()
+}
+
+fn a_loaded_layer_allocates_nothing<const D: usize>(width: usize, height: f64, iterates: bool) {
+    let mut solver = Body::<D>::layer(height, 1.0, width)
+        .gravity(9.8)
+        .drained(top::<D>())
+        .load_on_surface(top::<D>(), down(50e3), History::new(vec![[0.0, 0.0], [1.0, 1.0]]))
+        .build();
+    run(&mut solver, 0.002, 3).unwrap();
+    assert_eq!(solver.step(0.002).unwrap().pressure.iterations > 0, iterates, "the solver chosen");
+    assert_eq!(allocations(&mut solver, 0.002, 20), 0);
+    // A step of another length changes nothing of it.
+    assert_eq!(allocations(&mut solver, 0.001, 20), 0);
+}
+
+#[test]
+fn a_loaded_layer_allocates_nothing_in_1d_2d_and_3d() {
+    a_loaded_layer_allocates_nothing::<1>(1, 10.0, false);
+    a_loaded_layer_allocates_nothing::<2>(3, 10.0, false);
+    a_loaded_layer_allocates_nothing::<3>(3, 4.0, false);
+    a_loaded_layer_allocates_nothing::<2>(44, 44.0, true);
+    a_loaded_layer_allocates_nothing::<3>(9, 9.0, true);
+}
+
+/// A body that flies through the grid, three cells per axis; it covers four from time to time.
+fn a_flying_body_allocates_nothing<const D: usize>(dry: bool) {
+    let body = Body::<D>::free(Vector::repeat(0.75), Vector::repeat(3.25), 1.0, [12; D])
+        .particles_per_cell([4; D])
+        .velocity(|_| Vector::from_fn(|axis, _| [20.0, 19.0, 18.5][axis]));
+    let mut solver = if dry { body.dry() } else { body }.build();
+    // Two cells far, so that every number of cells that it covers has been seen.
+    let dt = 2.5e-4;
+    run(&mut solver, dt, 400).unwrap();
+    let before = cells(&solver);
+    assert_eq!(allocations(&mut solver, dt, 600), 0);
+    assert!(before.iter().zip(cells(&solver)).all(|(&before, after)| before != after), "particles change cells");
+}
+
+#[test]
+fn a_flying_dry_body_allocates_nothing_in_1d_2d_and_3d() {
+    a_flying_body_allocates_nothing::<1>(true);
+    a_flying_body_allocates_nothing::<2>(true);
+    a_flying_body_allocates_nothing::<3>(true);
+}
+
+#[test]
+fn a_flying_wet_body_allocates_nothing_in_1d_2d_and_3d() {
+    a_flying_body_allocates_nothing::<1>(false);
+    a_flying_body_allocates_nothing::<2>(false);
+    a_flying_body_allocates_nothing::<3>(false);
+}

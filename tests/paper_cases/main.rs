@@ -1,0 +1,3 @@
+//! The cases of the paper, run from their files, against exact solutions.
+
+mod poroelastic_column;
