@@ -4,9 +4,6 @@
 #[track_caller]
 pub fn assert_close(what: &str, value: f64, expected: f64, tolerance: f64) {
     let off = (value - expected).abs();
-    if std::env::var("TKDBG").is_ok() {
-        eprintln!("DBG {what}: {value:e} vs {expected:e}, off {off:e} of {tolerance:e}");
-    } // DBG
     assert!(off <= tolerance, "{what} is {value:e}, expected {expected:e} ± {tolerance:e}: off by {off:e}");
 }
 

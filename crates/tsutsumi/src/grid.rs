@@ -284,12 +284,15 @@ pub struct CellFields {
     pub pressure: Vec<f64>,
     /// The same at the start of the step, from the particles (Pa).
     pub pressure_old: Vec<f64>,
+    /// Volume of the particles inside (m³; m² per metre in 2-D, m in 1-D).
+    pub volume: Vec<f64>,
 }
 
 impl CellFields {
     /// Fields of zeros for a grid.
     pub fn new<const D: usize>(grid: &Grid<D>) -> Self {
-        CellFields { pressure: vec![0.0; grid.num_cells()], pressure_old: vec![0.0; grid.num_cells()] }
+        let zeros = vec![0.0; grid.num_cells()];
+        CellFields { pressure: zeros.clone(), pressure_old: zeros.clone(), volume: zeros }
     }
 }
 

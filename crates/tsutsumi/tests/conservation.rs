@@ -99,15 +99,15 @@ fn a_rigid_motion_strains_nothing_in_1d_2d_and_3d() {
     a_rigid_motion_strains_nothing::<3>();
 }
 
-/// A column of 10 m under 50 kPa that are put on within 20 s.
-fn loaded_column<const D: usize>() -> Body<D> {
+/// A column of 10 m under a load (Pa) that is put on within 20 s.
+fn loaded_column<const D: usize>(load: f64) -> Body<D> {
     let ramp = History::new(vec![[0.0, 0.0], [20.0, 1.0]]);
-    Body::<D>::column(10.0, 1.0).drained(top::<D>()).load_on_surface(top::<D>(), down(50e3), ramp)
+    Body::<D>::column(10.0, 1.0).drained(top::<D>()).load_on_surface(top::<D>(), down(load), ramp)
 }
 
 /// Water drained and water compressed make room for the settlement.
 fn the_water_balance_closes<const D: usize>(dt: f64, steps: usize) {
-    let mut solver = loaded_column::<D>().build();
+    let mut solver = loaded_column::<D>(50e3).build();
     let volume = |solver: &tsutsumi::solver::Solver<D>| solver.particles().volume.iter().sum::<f64>();
     let before = volume(&solver);
     run(&mut solver, dt, steps).unwrap();
@@ -133,8 +133,9 @@ fn the_water_balance_closes_in_1d_2d_and_3d() {
 /// The work of the load goes into the skeleton, into the water, into motion and, by Darcy's law, into heat.
 #[test]
 fn the_energy_balance_closes() {
-    let (dt, steps, load) = (0.05, 4000, 50e3);
-    let mut solver = loaded_column::<1>().velocity_update(Mpm1).build();
+    // So small a load that the finite strain, 3e-6, does not show.
+    let (dt, steps, load) = (0.05, 4000, 50.0);
+    let mut solver = loaded_column::<1>(load).velocity_update(Mpm1).build();
     let carriers = outermost(solver.particles(), top::<1>());
     let height = |solver: &tsutsumi::solver::Solver<1>| surface(solver.particles(), &carriers, top::<1>());
     let (mut work, mut heat, mut compression) = (0.0, 0.0, 0.0);
@@ -153,7 +154,7 @@ fn the_energy_balance_closes() {
     }
     let stored = solver.strain_energy() + compression + solver.particles().kinetic_energy();
     assert!(heat > 0.2 * work && stored > 0.2 * work, "{heat} and {stored} of {work}");
-    // First order in time: the load moves through Δt/2 more than its mean during the ramp, 1e-3 of 20 s. The strain of
-    // the top cell, 0.3 %, changes the conductance of its half.
-    assert_close("stored + heat", stored + heat, work, 4e-3 * work);
+    // First order in time, with the load of the end of a step over the whole step: Δt/2 of the 20 s of the ramp, 1e-3, on
+    // the fifth of the work that is done then.
+    assert_close("stored + heat", stored + heat, work, 5e-4 * work);
 }

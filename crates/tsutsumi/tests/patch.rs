@@ -129,10 +129,9 @@ fn a_loaded_column_strains_uniformly<const D: usize>(height: f64) {
     // The particles of the top cell, of length L, lose ε L, their cell sinks by ε H: σ L (1 − ε) = q (L − ε H), up to 5 ε.
     let tolerance = 2e-5 * load;
     for stress in &solver.particles().stress {
-        let vertical = [stress.xx, stress.yy, stress.zz];
-        for axis in 0..3 {
+        for (axis, component) in [stress.xx, stress.yy, stress.zz].into_iter().enumerate() {
             let expected = if axis == D - 1 { -load } else { -lateral * load };
-            assert_close("stress", vertical[axis], expected, tolerance);
+            assert_close("stress", component, expected, tolerance);
         }
         assert_close("shear", stress.xy.abs() + stress.yz.abs() + stress.zx.abs(), 0.0, 1e-6 * load);
     }

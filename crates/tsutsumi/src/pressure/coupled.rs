@@ -499,18 +499,17 @@ impl Topology {
 impl<const D: usize> PressureScheme<D> for Coupled<D> {
     /// The mean of the particles' pressures, weighted by volume.
     fn particles_to_cells(&mut self, at: &StepView<D>, particles: &Particles<D>, cells: &mut CellFields) {
-        // `pressure` lends its place for the volumes until the solve overwrites it.
         for &cell in at.active.cells() {
             cells.pressure_old[cell as usize] = 0.0;
-            cells.pressure[cell as usize] = 0.0;
+            cells.volume[cell as usize] = 0.0;
         }
         for p in 0..particles.len() {
             let cell = particles.cell[p] as usize;
             cells.pressure_old[cell] += particles.volume[p] * particles.pressure[p];
-            cells.pressure[cell] += particles.volume[p];
+            cells.volume[cell] += particles.volume[p];
         }
         for &cell in at.active.cells() {
-            cells.pressure_old[cell as usize] /= cells.pressure[cell as usize];
+            cells.pressure_old[cell as usize] /= cells.volume[cell as usize];
         }
     }
 
