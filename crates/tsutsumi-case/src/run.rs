@@ -170,6 +170,10 @@ impl Steps {
             Step::Seconds(dt) => Steps { count: (whole(target / dt) as u64).saturating_sub(solver.steps()), dt },
             Step::Auto => {
                 let interval = target - solver.time();
+                // What rounding leaves of an interval is no interval.
+                if interval <= 1e-12 * target {
+                    return Steps { count: 0, dt: interval };
+                }
                 let count = whole(interval / (case.time.safety * solver.step_limits().accurate())).max(1.0);
                 Steps { count: count as u64, dt: interval / count }
             }
@@ -235,29 +239,43 @@ impl<const D: usize> Run<'_, D> {
 
     /// Steps up to a time. An outcome means that the run ends here.
     fn run_steps(&mut self, target: f64, observer: &mut dyn Observer) -> Option<Outcome> {
-        const BETWEEN_LOOKS: Duration = Duration::from_millis(5);
-        let steps = Steps::up_to(target, self.case, self.simulation.solver());
         let started = Instant::now();
         let mut looked = started;
         let mut outcome = None;
-        for count in 0..steps.count {
-            match self.simulation.solver_mut().step(steps.dt) {
-                Ok(report) => self.iterations += report.pressure.iterations as u64,
-                Err(error) => outcome = Some(Outcome::Failed(explain(&error, self.case))),
-            }
-            // Looking at the clock costs a hundredth of the smallest step when done every 16.
-            if count % 16 == 0 && looked.elapsed() > BETWEEN_LOOKS {
-                looked = Instant::now();
-                if observer.advanced(&self.progress(steps.dt)) == Wish::Stop {
-                    outcome = outcome.or(Some(Outcome::Interrupted));
-                }
-            }
-            if outcome.is_some() {
+        while outcome.is_none() {
+            let steps = Steps::up_to(target, self.case, self.simulation.solver());
+            let cells = self.simulation.solver().active().generation();
+            if steps.count == 0 {
                 break;
+            }
+            for count in 0..steps.count {
+                outcome = self.step(steps.dt, count, &mut looked, observer);
+                // An automatic step is chosen anew when the surface has moved into other cells.
+                let moved = cells != self.simulation.solver().active().generation();
+                if outcome.is_some() || (moved && self.case.time.step == Step::Auto) {
+                    break;
+                }
             }
         }
         self.loop_time += started.elapsed();
         outcome
+    }
+
+    /// One step, and now and then a word with the observer.
+    fn step(&mut self, dt: f64, count: u64, looked: &mut Instant, observer: &mut dyn Observer) -> Option<Outcome> {
+        const BETWEEN_LOOKS: Duration = Duration::from_millis(5);
+        match self.simulation.solver_mut().step(dt) {
+            Ok(report) => self.iterations += report.pressure.iterations as u64,
+            Err(error) => return Some(Outcome::Failed(explain(&error, self.case))),
+        }
+        // Looking at the clock costs a hundredth of the smallest step when done every 16.
+        if count % 16 == 0 && looked.elapsed() > BETWEEN_LOOKS {
+            *looked = Instant::now();
+            if observer.advanced(&self.progress(dt)) == Wish::Stop {
+                return Some(Outcome::Interrupted);
+            }
+        }
+        None
     }
 
     fn progress(&self, dt: f64) -> Progress {

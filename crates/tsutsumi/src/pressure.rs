@@ -12,6 +12,8 @@ mod geometry;
 pub use coupled::{Coupled, Fluid, Quadrature};
 pub use dry::Dry;
 
+use std::ops::Range;
+
 use crate::grid::{ActiveSet, CellFields, Grid, NodeFields};
 use crate::particles::Particles;
 use crate::tensor::Vector;
@@ -38,17 +40,23 @@ pub struct StepView<'a, const D: usize> {
 pub enum PressureError {
     /// The matrix is not positive definite.
     #[error(
-        "the pressure system is not positive definite at t = {time} s (pivot {pivot:e} in cell {cell:?}): \
-         γΔt − k/g is negative and a surface cell is nearly empty; use `pressure_quadrature = \"material-points\"`, \
-         a larger step, or `fluid_inertia = false`"
+        "the pressure system is not positive definite at t = {time} s (pivot {pivot:e} in cell {cell:?}): {}",
+        if *short_step {
+            "the step is shorter than k/g and a surface cell is nearly empty; sum over the material points, take a longer \
+             step, or leave the fluid's inertia out"
+        } else {
+            "volumes have turned negative, the run is unstable; take a shorter step"
+        }
     )]
     NotPositiveDefinite {
         /// The time at the end of the step (s).
         time: f64,
         /// The numbers along the axes of the cell in whose row it showed.
         cell: Vec<usize>,
-        /// The pivot, or the smallest quotient xᵀAx/xᵀx seen.
+        /// The pivot, or the quotient xᵀAx/xᵀx, that is not positive.
         pivot: f64,
+        /// True where γΔt < k/g somewhere: only then can a sound body give such a system.
+        short_step: bool,
     },
     /// A coefficient, the right-hand side or the solution is infinite or not a number.
     #[error("the pressure system is not finite at t = {time} s in cell {cell:?}: the run is unstable, reduce the step")]
@@ -104,9 +112,15 @@ pub trait PressureScheme<const D: usize>: Send {
     /// Step 11: the cells' pressures back to the particles.
     fn cells_to_particles(&self, at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>);
 
-    /// The time step limit (s) of a compression wave that the water takes part in, on a grid of spacing `spacing` (m);
-    /// `None` without water: then the drained wave speed governs.
+    /// The time step limit (s) of compression that the water takes part in, for the particles `group`; `None` without
+    /// water: then the drained wave speed governs.
     ///
-    /// `modulus` is the skeleton's oedometric modulus (Pa), `density` that of the mixture (kg/m³).
-    fn consolidation_limit(&self, spacing: f64, modulus: f64, density: f64, conductivity: f64) -> Option<f64>;
+    /// `modulus` is the skeleton's oedometric modulus (Pa).
+    fn consolidation_limit(
+        &self,
+        at: &StepView<D>,
+        particles: &Particles<D>,
+        group: Range<usize>,
+        modulus: f64,
+    ) -> Option<f64>;
 }

@@ -292,7 +292,10 @@ impl<const D: usize> Solver<D> {
 
     /// The limits of the time step for the body as it is now.
     pub fn step_limits(&self) -> StepLimits {
-        limits::step_limits(&self.parts)
+        let Parts { grid, shape, gravity, .. } = &self.parts;
+        let active = &self.active;
+        let at = StepView { grid, active, transfer: &**shape, gravity: *gravity, dt: 0.0, time: self.clock.time() };
+        limits::step_limits(&self.parts, &at)
     }
 }
 

@@ -62,7 +62,6 @@ fn a_flying_dry_body_allocates_nothing_in_1d_2d_and_3d() {
 }
 
 #[test]
-#[ignore = "`Topology::first_columns` collects into a new Vec, twice per rebuild of the active set"]
 fn a_flying_wet_body_allocates_nothing_in_1d_2d_and_3d() {
     a_flying_body_allocates_nothing::<1>(false);
     a_flying_body_allocates_nothing::<2>(false);

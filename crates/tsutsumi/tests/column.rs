@@ -89,7 +89,7 @@ fn at_1000_s(height: f64, per_cell: usize, dt: f64, choices: Choices) -> (f64, f
     (cell_pressures(&solver)[0], settlement)
 }
 
-/// The settlements of formulation 1.3, found there with an independent program: the load on the top particles makes them
+/// Settlements found with an independent 1-D program of the same equations: the load on the top particles makes them
 /// settle less than the theory's 20.508 mm, since it acts, and is read, half a particle below the surface.
 #[test]
 fn loaded_particles_settle_less_by_their_depth() {

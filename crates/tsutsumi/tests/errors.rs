@@ -3,7 +3,7 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test reports by panicking")]
 
 use tsutsumi::boundary::History;
-use tsutsumi::law::{ConstitutiveLaw, LawError};
+use tsutsumi::law::{ConstitutiveLaw, LawError, LinearElastic};
 use tsutsumi::pressure::{PressureError, Quadrature};
 use tsutsumi::solver::{Solver, StepError};
 use tsutsumi::tensor::{Sym3, Vector};
@@ -16,9 +16,11 @@ fn first_error<const D: usize>(solver: &mut Solver<D>, dt: f64, most: usize) -> 
     (0..most).find_map(|_| solver.step(dt).err()).expect("an error within so many steps")
 }
 
-/// A body of one cell that flies at 10.3 m/s along x and at 5 m/s along the other axes, from 1…2 m in a grid of 4 m.
+/// A body of one cell that flies at 10.3 m/s along x and at 5 m/s along the other axes, from 1…2 m in a grid of 4 m. It is so
+/// soft that the light nodes at its corners have nothing to magnify.
 fn flying<const D: usize>() -> Body<D> {
     Body::<D>::free(Vector::repeat(1.0), Vector::repeat(2.0), 1.0, [4; D])
+        .law(LinearElastic { young: 1.0, poisson: 0.0 })
         .dry()
         .velocity(|_| Vector::from_fn(|axis, _| if axis == 0 { 10.3 } else { 5.0 }))
 }
@@ -56,7 +58,7 @@ fn a_body_that_does_not_fit_is_refused_at_once() {
     assert!(matches!(body.try_build(), Err(StepError::Outside { time: 0.0, .. })));
 }
 
-/// Formulation 2.5: coarse sand and a small step make γΔt − k/g negative, a nearly empty top row makes the nodes light.
+/// Coarse sand and a small step make γΔt − k/g negative, a nearly empty top row makes the nodes light.
 #[test]
 fn an_indefinite_pressure_system_names_a_cell() {
     let sand = |quadrature| {
@@ -71,7 +73,7 @@ fn an_indefinite_pressure_system_names_a_cell() {
     let mut whole_cells = sand(Quadrature::Cell);
     let before = whole_cells.particles().clone();
     let error = whole_cells.step(1e-4).unwrap_err();
-    let StepError::Pressure(PressureError::NotPositiveDefinite { time, cell, pivot }) = error else {
+    let StepError::Pressure(PressureError::NotPositiveDefinite { time, cell, pivot, short_step: true }) = error else {
         panic!("{error:?}")
     };
     assert_eq!(time, 1e-4);

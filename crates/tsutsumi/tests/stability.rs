@@ -47,7 +47,7 @@ fn wet<const D: usize>(height: f64, width: usize) -> Body<D> {
     Body::layer(height, 1.0, width).drained(top::<D>())
 }
 
-/// 1-D, drag-dominated: Δt ≤ (1 + √(1 + 4 τ c_v κ²)) / (c_v κ²) = 5.380 s, formulation 2.6.
+/// 1-D, drag-dominated: Δt ≤ (1 + √(1 + 4 τ c_v κ²)) / (c_v κ²) = 5.380 s.
 #[test]
 fn a_saturated_column_is_stable_up_to_the_consolidation_limit() {
     let limit = wet::<1>(10.0, 1).build().step_limits().longest();
@@ -56,7 +56,7 @@ fn a_saturated_column_is_stable_up_to_the_consolidation_limit() {
 }
 
 /// 2-D and 3-D: hourglass modes. The limit is for particles anywhere in a cell, h/√((E_oed + (D−1) G)/ρ); with 2 per axis
-/// at the quarter points it lies some 1.45 (2-D) and 1.54 (3-D) times higher: formulation 2.6 has 0.0125 s stable and
+/// at the quarter points it lies some 1.45 (2-D) and 1.54 (3-D) times higher: an independent program found 0.0125 s stable and
 /// 0.015 s unstable in 2-D.
 #[test]
 fn hourglass_modes_limit_the_step_in_2d_and_3d() {
@@ -96,10 +96,8 @@ fn a_dry_column_is_stable_up_to_the_wave_limit() {
 
 /// The limits that the solver states are safe for bodies whose surface is on a grid line.
 ///
-/// They are not while `limits.rs` takes S = 1: see [`a_dry_column_is_stable_up_to_the_wave_limit`]. With S = 0 the dry limit
-/// is h/√2c, and the consolidation limit has 2 τ c_v κ² in place of 4 τ c_v κ² under its root.
+/// They take S = 0, see [`a_dry_column_is_stable_up_to_the_wave_limit`].
 #[test]
-#[ignore = "the limits of inertia-dominated motion (dry, or k ≥ 1e-2 m/s) are stated up to √2 too long"]
 fn the_stated_limits_are_safe_on_grid_lines() {
     fn safe<const D: usize>(make: impl Fn() -> Body<D>, steps: usize) {
         for mpm2 in [false, true] {
@@ -121,11 +119,10 @@ fn the_stated_limits_are_safe_on_grid_lines() {
 
 /// The stated limits are safe too while the surface moves through a cell.
 ///
-/// They are not: with a part φ of the top cell filled, its node has the stiffness φ E_oed/h, the force φ p and the
-/// resistance γ_w φ h/2k, hence Δt → φ² h²/c_v for small φ. Measured, drag-dominated, h = 1 m: 3.82 s
-/// (φ = ¾), 1.94 s (½), 0.556 s (¼), 0.0986 s (0.1), 0.0258 s (0.05); 5.38 s is stated for all.
+/// With a part φ of the top cell filled, its node has the stiffness φ E_oed/h, the force φ p and the resistance
+/// γ_w φ h/2k, hence Δt → φ² h²/c_v for small φ. The edge of stability is at 3.82 s (φ = ¾), 1.94 s (½), 0.556 s (¼),
+/// 0.0986 s (0.1), 0.0258 s (0.05) for h = 1 m; Gershgorin's bound is a little below.
 #[test]
-#[ignore = "a partly filled top cell makes the limit shorter, like φ²"]
 fn the_stated_limits_are_safe_inside_cells() {
     for filled in [0.75, 0.5, 0.25, 0.1] {
         let column = || wet::<1>(9.0 + filled, 1).particles_per_cell([20]);

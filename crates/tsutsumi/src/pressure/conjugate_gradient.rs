@@ -43,7 +43,7 @@ impl ConjugateGradient {
             x.fill(0.0);
             return Ok(0);
         }
-        if let Some(row) = diagonal.iter().position(|&d| !(d > 0.0)) {
+        if let Some(row) = diagonal.iter().position(|&d| d <= 0.0 || d.is_nan()) {
             return Err(Breakdown::Indefinite { row, quotient: diagonal[row] });
         }
         multiply(x, &mut self.product);
@@ -66,7 +66,7 @@ impl ConjugateGradient {
             }
             multiply(&self.direction, &mut self.product);
             let curvature = dot(&self.direction, &self.product);
-            if !(curvature > 0.0) {
+            if curvature <= 0.0 || curvature.is_nan() {
                 let quotient = curvature / dot(&self.direction, &self.direction);
                 return Err(Breakdown::Indefinite { row: largest(&self.direction), quotient });
             }

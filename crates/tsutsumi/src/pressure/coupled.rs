@@ -1,6 +1,8 @@
+use std::ops::Range;
+
 use super::conjugate_gradient::{Breakdown, ConjugateGradient};
 use super::envelope::Envelope;
-use super::geometry::{FilledBox, fill_boxes};
+use super::geometry::{FilledBox, fill_boxes, smallest_fill};
 use super::{PressureError, PressureReport, PressureScheme, StepView};
 use crate::grid::{CellFields, NodeFields, Side, SideSet};
 use crate::particles::Particles;
@@ -113,6 +115,8 @@ struct Topology {
     /// The row of each slot in the direct solver's matrix.
     row_of_slot: Vec<u32>,
     slot_of_row: Vec<u32>,
+    /// The first column of each row: the smallest row among the cells that share a node with it.
+    first_column: Vec<u32>,
     direct: bool,
 }
 
@@ -170,7 +174,7 @@ impl<const D: usize> Coupled<D> {
         self.inner.reserve(self.topology.faces.len());
         self.drains.reserve(self.topology.open.len());
         if self.topology.direct {
-            self.topology.set_shape(&mut self.matrix);
+            self.matrix.set_shape(self.topology.first_column.iter().copied());
         }
     }
 
@@ -295,8 +299,9 @@ impl<const D: usize> Coupled<D> {
         }
         self.matrix.factorize().map_err(|bad| {
             let cell = at.cell_index_of_slot(topology.slot_of_row[bad.row] as usize);
+            let short_step = at.active.nodes().iter().any(|&node| self.relaxation[node as usize] < 0.0);
             match bad.pivot.is_finite() {
-                true => PressureError::NotPositiveDefinite { time: at.time, cell, pivot: bad.pivot },
+                true => PressureError::NotPositiveDefinite { time: at.time, cell, pivot: bad.pivot, short_step },
                 false => PressureError::NotFinite { time: at.time, cell },
             }
         })?;
@@ -348,9 +353,12 @@ impl<const D: usize> Coupled<D> {
             }
         };
         self.iteration.solve(multiply, diagonal, &self.right, &mut self.solution).map_err(|breakdown| match breakdown {
-            Breakdown::Indefinite { row, quotient } => {
-                PressureError::NotPositiveDefinite { time: at.time, cell: at.cell_index_of_slot(row), pivot: quotient }
-            }
+            Breakdown::Indefinite { row, quotient } => PressureError::NotPositiveDefinite {
+                time: at.time,
+                cell: at.cell_index_of_slot(row),
+                pivot: quotient,
+                short_step: at.active.nodes().iter().any(|&node| relaxation[node as usize] < 0.0),
+            },
             Breakdown::NotConverged { row, iterations, residual } => {
                 let cell = at.cell_index_of_slot(row);
                 PressureError::NotConverged { time: at.time, cell, iterations, residual }
@@ -445,25 +453,24 @@ impl Topology {
         for (row, &slot) in self.slot_of_row.iter().enumerate() {
             self.row_of_slot[slot as usize] = row as u32;
         }
-        let square_widths: usize =
-            self.first_columns().enumerate().map(|(row, first)| (row - first as usize).pow(2)).sum();
+        self.find_first_columns();
+        let width = |(row, &first): (usize, &u32)| row - first as usize;
+        let square_widths: usize = self.first_column.iter().enumerate().map(|row| width(row).pow(2)).sum();
         self.direct = square_widths <= DIRECT_MEAN_SQUARE_WIDTH * cells.len().max(1);
     }
 
-    /// The first column of each row: the smallest row among the cells that share a node with it.
-    fn first_columns(&self) -> impl Iterator<Item = u32> + '_ {
-        let mut smallest: Vec<u32> = (0..self.slot_of_row.len() as u32).collect();
+    fn find_first_columns(&mut self) {
+        self.first_column.clear();
+        self.first_column.extend(0..self.slot_of_row.len() as u32);
         for around in self.node_start.windows(2) {
             let entries = &self.node_entries[around[0] as usize..around[1] as usize];
             let rows = || entries.iter().map(|&e| self.row_of_slot[e as usize / self.stencil_len]);
             let first = rows().min().unwrap_or(0);
-            rows().for_each(|row| smallest[row as usize] = smallest[row as usize].min(first));
+            for row in rows() {
+                let column = &mut self.first_column[row as usize];
+                *column = first.min(*column);
+            }
         }
-        smallest.into_iter()
-    }
-
-    fn set_shape(&self, matrix: &mut Envelope) {
-        matrix.set_shape(self.first_columns());
     }
 
     /// The entries (slot × stencil length + local node) that meet at the active node number `i`.
@@ -553,17 +560,38 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
         }
     }
 
-    /// Explicit skeleton, implicit water, γ = 1, for the shortest wave of the grid, κ = 2/h:
+    /// Explicit skeleton, implicit water, γ = 1:
     ///
     /// ```text
-    /// Δt ≤ (1 + √(1 + 4 τ c_v κ²)) / (c_v κ²)        c_v = k E_oed / γ_w        τ = k (ρ − ρ^f) / γ_w
+    /// Δt ≤ (1 + √(1 + 2 τ r)) / r      r = 2 c_v/h² (1 + 3φ) / (φ² (1 + φ))      c_v = k E_oed / γ_w
+    /// τ = k (ρ − ρ^f) / γ_w, without the fluid's inertia k ρ / γ_w
     /// ```
     ///
-    /// Neither a stiff fluid nor a small conductivity makes it shorter. Without the fluid's inertia τ = k ρ / γ_w.
-    fn consolidation_limit(&self, spacing: f64, modulus: f64, density: f64, conductivity: f64) -> Option<f64> {
-        let inertial = if self.fluid_inertia { density - self.fluid.density } else { density };
-        let tau = conductivity * inertial.max(0.0) / self.fluid.unit_weight;
-        let rate = conductivity * modulus / self.fluid.unit_weight * 4.0 / (spacing * spacing);
-        Some((1.0 + (1.0 + 4.0 * tau * rate).sqrt()) / rate)
+    /// `φ` is the smallest filled part of a cell along an axis, 1 with whole cells: then r = 4 c_v/h², the shortest wave
+    /// of the grid. Neither a stiff fluid nor a small conductivity makes it shorter. The bound is Gershgorin's; it holds
+    /// whatever share of the grid's accelerations the particles see.
+    ///
+    /// In tight ground rounding comes first: velocities are Δt/ρ times the difference of two forces that nearly cancel, and
+    /// must stay exact to 1e-4 of Darcy's k/γ_w times either: Δt ≤ 1e-4/ε · ρ k/γ_w, with ε the machine precision.
+    fn consolidation_limit(
+        &self,
+        at: &StepView<D>,
+        particles: &Particles<D>,
+        group: Range<usize>,
+        modulus: f64,
+    ) -> Option<f64> {
+        let fill = smallest_fill(self.quadrature, at, particles);
+        let h = at.grid.spacing().min();
+        let shortness = 2.0 * (1.0 + 3.0 * fill) / (fill * fill * (1.0 + fill)) / (h * h);
+        let limit = |p: usize| {
+            let mobility = particles.conductivity[p] / self.fluid.unit_weight;
+            let density = particles.mass[p] / particles.volume[p];
+            let inertial = if self.fluid_inertia { density - self.fluid.density } else { density };
+            let tau = mobility * inertial.max(0.0);
+            let rate = mobility * modulus * shortness;
+            let stable = (1.0 + (1.0 + 2.0 * tau * rate).sqrt()) / rate;
+            stable.min(1e-4 / f64::EPSILON * density * mobility)
+        };
+        Some(group.map(limit).fold(f64::INFINITY, f64::min))
     }
 }

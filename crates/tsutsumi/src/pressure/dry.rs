@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use super::{PressureError, PressureReport, PressureScheme, StepView};
 use crate::grid::{CellFields, NodeFields};
 use crate::particles::Particles;
@@ -25,7 +27,13 @@ impl<const D: usize> PressureScheme<D> for Dry {
 
     fn cells_to_particles(&self, _at: &StepView<D>, _cells: &CellFields, _particles: &mut Particles<D>) {}
 
-    fn consolidation_limit(&self, _spacing: f64, _modulus: f64, _density: f64, _conductivity: f64) -> Option<f64> {
+    fn consolidation_limit(
+        &self,
+        _at: &StepView<D>,
+        _particles: &Particles<D>,
+        _group: Range<usize>,
+        _modulus: f64,
+    ) -> Option<f64> {
         None
     }
 }

@@ -77,3 +77,11 @@ pub(super) fn fill_boxes<const D: usize>(
         }
     }
 }
+
+/// The smallest filled part of an active cell along an axis (–): 1 with [`Quadrature::Cell`].
+pub(super) fn smallest_fill<const D: usize>(quadrature: Quadrature, at: &StepView<D>, particles: &Particles<D>) -> f64 {
+    let mut boxes = Vec::new();
+    fill_boxes(quadrature, at, particles, &mut boxes);
+    let parts = |filled: &FilledBox<D>| (filled.upper - filled.lower).component_mul(&at.grid.inverse_spacing()).min();
+    boxes.iter().map(parts).fold(1.0, f64::min)
+}

@@ -1,6 +1,7 @@
 use std::fmt;
 
 use super::Parts;
+use crate::pressure::StepView;
 
 /// Which limit of the time step governs.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -28,13 +29,16 @@ impl fmt::Display for Governing {
 /// # Equation
 ///
 /// ```text
-/// consolidation  Δt ≤ (1 + √(1 + 4 τ c_v κ²)) / (c_v κ²),  κ = 2/h       in every dimension
+/// consolidation  Δt ≤ (1 + √(1 + 2 τ r)) / r,  r = c_v κ² = 4 c_v/h²     in every dimension
 /// hourglass      Δt ≤ h / √((E_oed + (D−1) G) / ρ)                      in 2-D and 3-D
-/// compression    Δt ≤ h / √((E_oed + (D−1) G) / ρ)                      without water
+/// compression    Δt ≤ h / √(2 (E_oed + (D−1) G) / ρ)                    without water
 /// shear          Δt ≤ h / √(G / ρ)                                      for information: never the smallest
 /// ```
 ///
-/// A body whose surface cuts through cells has lighter nodes than these limits assume; keep a safety factor.
+/// The compression and consolidation limits hold whatever share of the grid's accelerations the particles see; with a full
+/// share they would be up to √2 longer. Where the surface cuts through cells r grows, see
+/// [`Coupled`](crate::pressure::Coupled). Corners of a free body that barely reach into a cell make its nodes so light that
+/// no limit is safe; such runs show it by growing velocities.
 ///
 /// # Reference
 ///
@@ -70,7 +74,7 @@ impl StepLimits {
 }
 
 /// The smallest limits over the materials, for the smallest spacing of the grid.
-pub(super) fn step_limits<const D: usize>(parts: &Parts<D>) -> StepLimits {
+pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) -> StepLimits {
     let spacing = parts.grid.spacing().min();
     let particles = &parts.particles;
     let mut limits = StepLimits {
@@ -82,23 +86,21 @@ pub(super) fn step_limits<const D: usize>(parts: &Parts<D>) -> StepLimits {
     for group in &parts.groups {
         let range = group.particles();
         let (p_wave, s_wave) = group.wave_moduli(&particles.stress[range.clone()]);
-        // The lightest and the least permeable particle: both make the step shorter.
-        let lowest = |value: &dyn Fn(usize) -> f64| range.clone().map(value).fold(f64::INFINITY, f64::min);
-        let density = lowest(&|p| particles.mass[p] / particles.volume[p]);
-        let wet = |p: usize| {
-            let (density, conductivity) = (particles.mass[p] / particles.volume[p], particles.conductivity[p]);
-            parts.pressure.consolidation_limit(spacing, p_wave, density, conductivity).unwrap_or(f64::INFINITY)
-        };
-        let consolidation = lowest(&wet);
-        let transverse = (D - 1) as f64;
-        let saturated_column = D == 1 && consolidation.is_finite();
-        if !saturated_column {
-            limits.skeleton = limits.skeleton.min(spacing / ((p_wave + transverse * s_wave) / density).sqrt());
+        let density = range.clone().map(|p| particles.mass[p] / particles.volume[p]).fold(f64::INFINITY, f64::min);
+        let wave_limit = |modulus: f64| spacing / (modulus / density).sqrt();
+        let stiffness = p_wave + (D - 1) as f64 * s_wave;
+        match parts.pressure.consolidation_limit(at, particles, range, p_wave) {
+            Some(limit) => {
+                limits.consolidation = limits.consolidation.min(limit);
+                if D > 1 {
+                    limits.skeleton = limits.skeleton.min(wave_limit(stiffness));
+                }
+            }
+            None => limits.skeleton = limits.skeleton.min(wave_limit(2.0 * stiffness)),
         }
         if D > 1 {
-            limits.shear = limits.shear.min(spacing / (s_wave / density).sqrt());
+            limits.shear = limits.shear.min(wave_limit(s_wave));
         }
-        limits.consolidation = limits.consolidation.min(consolidation);
     }
     limits.governing = match (limits.consolidation.is_finite(), limits.consolidation <= limits.skeleton) {
         (false, _) => Governing::Compression,
