@@ -14,6 +14,7 @@ use std::path::Path;
 use tsutsumi_case::build::build;
 use tsutsumi_case::{Case, CaseSource, Registry, Simulation, Step, read_case};
 use tsutsumi_reference::consolidation::{Layer, Ramp};
+use tsutsumi_testkit::snapshot::Numbers;
 
 /// Theory for small strains, with the compressibility of the water.
 const LAYER: Layer = Layer {
@@ -166,7 +167,10 @@ fn mpm2_is_below_mpm1_while_loading() {
             )
         })
         .collect();
-    insta::assert_snapshot!(format!("time (s), top cell (Pa) MPM1, MPM2, settlement (mm) MPM1, MPM2\n{table}"));
+    // The updates differ in the fifth digit of the settlement: the tolerance is a hundredth of that.
+    Numbers { relative: 1e-7 }.settings().bind(|| {
+        insta::assert_snapshot!(format!("time (s), top cell (Pa) MPM1, MPM2, settlement (mm) MPM1, MPM2\n{table}"));
+    });
 }
 
 /// The traction on the true surface, the reading at the true surface, and the filled part of the top cell: theory is met.
