@@ -121,7 +121,8 @@ fn the_papers_run_in_2d_and_with_an_automatic_step() {
 
 /// All curves agree within a part of their largest value.
 fn assert_same_curves(curves: &Curves, expected: &Curves, part: f64) {
-    let quantities: [(&str, fn(&Reading) -> f64); 5] = [
+    type Quantity = fn(&Reading) -> f64;
+    let quantities: [(&str, Quantity); 5] = [
         ("base", |reading| reading.base),
         ("middle", |reading| reading.middle),
         ("top", |reading| reading.top),

@@ -1,7 +1,7 @@
 //! Case files to simulations to results folders.
 //!
-//! A case file is read strictly ([`CaseSource`]), its names become types ([`Registry`]), its bodies particles ([`build`]),
-//! and a run ([`run`]) leaves a folder with histories, fields and figures.
+//! A case file is read strictly ([`CaseSource`]), its names become types ([`Registry`]), its bodies particles ([`build`](mod@build)),
+//! and a run ([`run()`]) leaves a folder with histories, fields and figures.
 //!
 //! ```no_run
 //! use tsutsumi_case::{CaseSource, Registry, RunOptions, Silent, run};
@@ -19,8 +19,8 @@
 //! | `schema`, `source`, `validate`, `error` | the case file: types, text with places, checks, messages |
 //! | [`registry`] | the names of the variants: the only file that knows them |
 //! | [`build`], [`simulation`] | a case in motion |
-//! | [`check`] | what follows from a case before it runs |
-//! | [`run`], [`results`] | a run and what it leaves |
+//! | [`mod@check`] | what follows from a case before it runs |
+//! | [`mod@run`], [`results`] | a run and what it leaves |
 //! | [`figures`], [`vtk`] | pictures and fields from plain data |
 
 pub mod build;

@@ -131,7 +131,7 @@ fn run_in<const D: usize>(
     let started_unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let peak = Snapshot::take(&simulation);
     let run = Run { source, case, simulation, results, peak, started_unix_s, loop_time: Duration::ZERO, iterations: 0 };
-    Ok(run.to_the_end(observer)?)
+    Ok(run.complete(observer)?)
 }
 
 /// Refuses a fixed step beyond the stable limit.
@@ -194,7 +194,7 @@ struct Run<'a, const D: usize> {
 }
 
 impl<const D: usize> Run<'_, D> {
-    fn to_the_end(mut self, observer: &mut dyn Observer) -> Result<RunSummary, ResultsError> {
+    fn complete(mut self, observer: &mut dyn Observer) -> Result<RunSummary, ResultsError> {
         self.write_output(true)?;
         self.write_manifest(&Outcome::Running)?;
         let first = Steps::up_to(self.output_time(1), self.case, self.simulation.solver());
@@ -269,7 +269,7 @@ impl<const D: usize> Run<'_, D> {
             Err(error) => return Some(Outcome::Failed(explain(&error, self.case))),
         }
         // Looking at the clock costs a hundredth of the smallest step when done every 16.
-        if count % 16 == 0 && looked.elapsed() > BETWEEN_LOOKS {
+        if count.is_multiple_of(16) && looked.elapsed() > BETWEEN_LOOKS {
             *looked = Instant::now();
             if observer.advanced(&self.progress(dt)) == Wish::Stop {
                 return Some(Outcome::Interrupted);

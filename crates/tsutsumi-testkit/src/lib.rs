@@ -5,7 +5,7 @@
 //! | [`body`] | a box of soil on its grid, made in a few lines: [`Body`](body::Body) |
 //! | [`reading`] | what is read off a body: surface particles, surface height, cell pressures |
 //! | [`compare`] | [`assert_close`](compare::assert_close), the observed order of convergence |
-//! | [`law`] | [`check_law`](law::check_law): what every constitutive law must satisfy |
+//! | [`law`] | [`check_law`]: what every constitutive law must satisfy |
 //! | [`snapshot`] | [`Numbers`](snapshot::Numbers): snapshots of curves, compared with a tolerance |
 //! | [`noise`] | numbers without a pattern, the same in every run |
 //!
