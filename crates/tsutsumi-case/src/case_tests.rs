@@ -162,7 +162,7 @@ const BAD_CASES: &[(&str, Edits)] = &[
         "probe outside, probe of nothing, same name",
         &[("pressure_at = [0.5, 0.5]", "pressure_at = [0.5, -0.5]\n[[probes]]\nname = \"base\"")],
     ),
-    ("output slower than the run", &[("every = 10.0", "every = 1.0e4\nfields_every = 0")]),
+    ("fields every zero seconds", &[("every = 10.0", "every = 1.0e4\nfields_every = 0")]),
     (
         "geostatic without gravity",
         &[("[[supports]]", "initial = { geostatic = { surface = 10.0, k0 = -0.5 } }\n[[supports]]")],

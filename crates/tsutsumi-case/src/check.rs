@@ -6,7 +6,7 @@ use tsutsumi::solver::StepLimits;
 use tsutsumi::tensor::{Sym3, Vector};
 
 use crate::build::build;
-use crate::run::{Steps, read_case, refuse_unstable};
+use crate::run::{Steps, read_case, refuse_unstable, significant};
 use crate::{Case, CaseError, CaseSource, Registry};
 
 /// The numbers that follow from a case.
@@ -159,7 +159,9 @@ impl fmt::Display for CheckReport {
         }
         writeln!(f, "\ntime step")?;
         line(f, "limit: consolidation", self.limits.consolidation, "s")?;
-        line(f, "limit: skeleton inside a cell", self.limits.skeleton, "s")?;
+        let skeleton =
+            if self.limits.consolidation.is_finite() { "limit: hourglass modes" } else { "limit: compression wave" };
+        line(f, skeleton, self.limits.skeleton, "s")?;
         line(f, "limit: shear wave", self.limits.shear, "s")?;
         writeln!(f, "  {:<34} {}", "governs", self.limits.governing)?;
         line(f, "step", self.step, "s")?;
@@ -170,7 +172,12 @@ impl fmt::Display for CheckReport {
         writeln!(f, "\nsize")?;
         writeln!(f, "  {:<34} {} ({} with particles)", "cells", self.cells[0], self.cells[1])?;
         writeln!(f, "  {:<34} {}", "particles", self.particles)?;
-        write!(f, "  {:<34} {:.3} MiB", "memory", self.memory as f64 / (1024.0 * 1024.0))
+        let (size, unit) = match self.memory as f64 {
+            bytes if bytes < 1e6 => (bytes / 1024.0, "KiB"),
+            bytes if bytes < 1e9 => (bytes / 1024.0_f64.powi(2), "MiB"),
+            bytes => (bytes / 1024.0_f64.powi(3), "GiB"),
+        };
+        write!(f, "  {:<34} {size:.1} {unit}", "memory")
     }
 }
 
@@ -178,14 +185,5 @@ fn line(f: &mut fmt::Formatter<'_>, name: &str, value: f64, unit: &str) -> fmt::
     match value.is_finite() {
         true => writeln!(f, "  {name:<34} {} {unit}", significant(value)),
         false => writeln!(f, "  {name:<34} none"),
-    }
-}
-
-/// Four significant digits.
-fn significant(value: f64) -> String {
-    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
-    match rounded.abs() {
-        size if (1e-3..1e6).contains(&size) || size == 0.0 => format!("{rounded}"),
-        _ => format!("{rounded:e}"),
     }
 }

@@ -28,6 +28,7 @@ pub mod check;
 mod deserializer;
 mod error;
 pub mod figures;
+mod folder;
 mod json_schema;
 mod key_path;
 mod overrides;

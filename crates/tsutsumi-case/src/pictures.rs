@@ -1,6 +1,7 @@
 //! Which figures a run draws: settlement and pressure in time, and the deformed particles coloured by pore pressure.
 
 use crate::figures::{Curve, CurveStyle, LineChart, ParticleChart};
+use crate::folder::FIGURES;
 use crate::results::Results;
 use crate::simulation::{Simulation, outlines};
 use crate::{Case, ResultsError};
@@ -59,7 +60,7 @@ pub(crate) fn draw<const D: usize>(
     peak: &Snapshot,
     last: &Snapshot,
 ) -> Result<(), ResultsError> {
-    let folder = results.folder().join("figures");
+    let folder = results.folder().join(FIGURES);
     settlement(results, case).save(&folder.join("settlement"))?;
     let pressures = pressures(results, case);
     if !pressures.curves.is_empty() {
@@ -129,14 +130,21 @@ fn draw_particles<const D: usize>(case: &Case, simulation: &Simulation<D>, snaps
         position: snapshot.position.clone(),
         half_size: snapshot.half_size.clone(),
         value: snapshot.pressure.clone(),
+        value_range: from_zero(&snapshot.pressure),
         grid_x,
         grid_y: lines(up),
         outline,
-        ..Default::default()
     }
 }
 
 /// A time with at most six significant digits, for a title.
 fn rounded(time: f64) -> f64 {
     format!("{time:.5e}").parse().unwrap_or(time)
+}
+
+/// The range of a colour bar that shows where zero is; none for values that are all zero.
+fn from_zero(values: &[f64]) -> Option<[f64; 2]> {
+    let lowest = values.iter().copied().fold(0.0, f64::min);
+    let highest = values.iter().copied().fold(0.0, f64::max);
+    (lowest < highest).then_some([lowest, highest])
 }

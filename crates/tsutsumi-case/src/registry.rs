@@ -119,11 +119,11 @@ fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
     let parameters = KeyPath::root().key("materials").key(request.material).key("parameters");
     let law: L = request.source.parse_at(&parameters)?;
     law.validate().map_err(|error| match error {
-        LawError::Parameter { name, value, expected } => request.source.invalid(
-            parameters.key(name),
-            format!("`{name}` is {value}"),
-            format!("`{name}` must be {expected}"),
-        ),
+        LawError::Parameter { name, value, expected } => {
+            let key = parameters.key(name);
+            let message = format!("`{key}` must be {expected}, not {value}");
+            request.source.invalid(key, message, "")
+        }
         other => request.source.invalid(parameters, other.to_string(), ""),
     })?;
     Ok(Box::new(Group::new(request.material, law, request.particles.clone(), request.stresses)))
@@ -152,7 +152,8 @@ fn unknown_name<'a>(
     known: impl Iterator<Item = &'a str> + Clone,
 ) -> CaseError {
     let list = known.clone().map(|name| format!("`{name}`")).collect::<Vec<_>>().join(", ");
-    let help = match did_you_mean(name, known) {
+    let help = match did_you_mean(name, known.clone()) {
+        Some(near) if known.count() == 1 => format!("did you mean `{near}`?"),
         Some(near) => format!("did you mean `{near}`? known: {list}"),
         None => format!("known: {list}"),
     };

@@ -8,6 +8,7 @@ use serde::Serialize;
 use tsutsumi::grid::Grid;
 use tsutsumi::tensor::Vector;
 
+use crate::folder::{CASE, FIELDS, FIGURES, GRID, HISTORY, MANIFEST, PARTICLES, claim, write_error};
 use crate::simulation::{Balances, Simulation};
 use crate::vtk::{Collection, Field, Lattice, VtkError, write_cells, write_points};
 use crate::{CaseSource, FigureError};
@@ -15,10 +16,28 @@ use crate::{CaseSource, FigureError};
 /// Why results could not be written. What was written before stays.
 #[derive(Debug, thiserror::Error)]
 pub enum ResultsError {
-    /// The folder asked for has results already.
-    #[error("`{}` holds a run already: choose another folder with --out, or replace it with --force", path.display())]
+    /// The folder asked for holds a file that a run would replace.
+    #[error(
+        "`{}` holds `{}` already: choose another folder with --out, or replace the results in it with --force",
+        path.display(),
+        file.display()
+    )]
     Occupied {
         /// The folder.
+        path: PathBuf,
+        /// The file, within the folder.
+        file: PathBuf,
+    },
+    /// The path asked for is no folder.
+    #[error("`{}` is a file, not a folder: choose another one with --out", path.display())]
+    NotAFolder {
+        /// The path.
+        path: PathBuf,
+    },
+    /// The copy of the case would replace the case itself.
+    #[error("the results would replace the case file `{}`: choose another folder with --out", path.display())]
+    OverTheCase {
+        /// The case file.
         path: PathBuf,
     },
     /// A file or folder could not be written.
@@ -114,8 +133,6 @@ pub(crate) struct Results {
     pub(crate) names: Vec<String>,
 }
 
-const FIELDS: &str = "fields";
-
 impl Results {
     /// Makes the folder, with a copy of the case, and the head of the history.
     pub(crate) fn create(
@@ -124,21 +141,19 @@ impl Results {
         force: bool,
         names: Vec<String>,
     ) -> Result<Self, ResultsError> {
-        let folder = choose_folder(source, out, force)?;
-        let write = |path: &Path| {
-            let path = path.to_owned();
-            move |source| ResultsError::Write { path, source }
-        };
-        for part in [folder.clone(), folder.join(FIELDS), folder.join("figures")] {
-            fs::create_dir_all(&part).map_err(write(&part))?;
+        let folder = claim(source, out, force)?;
+        for below in [FIELDS, FIGURES] {
+            let below = folder.join(below);
+            fs::create_dir_all(&below).map_err(write_error(&below))?;
         }
-        let case = folder.join("case.toml");
-        fs::write(&case, source.text()).map_err(write(&case))?;
-        let path = folder.join("history.csv");
-        let mut history = csv::Writer::from_writer(BufWriter::new(File::create(&path).map_err(write(&path))?));
-        history.write_record(&names).map_err(|error| write(&path)(error.into()))?;
-        let particles = Collection::new(folder.join("particles.pvd"));
-        let grid = Collection::new(folder.join("grid.pvd"));
+        let case = folder.join(CASE);
+        fs::write(&case, source.text()).map_err(write_error(&case))?;
+        let path = folder.join(HISTORY);
+        let file = File::create(&path).map_err(write_error(&path))?;
+        let mut history = csv::Writer::from_writer(BufWriter::new(file));
+        history.write_record(&names).map_err(|error| write_error(&path)(error.into()))?;
+        let particles = Collection::new(folder.join(PARTICLES));
+        let grid = Collection::new(folder.join(GRID));
         Ok(Results { folder, history, particles, grid, frames: 0, rows: Vec::new(), names })
     }
 
@@ -154,7 +169,7 @@ impl Results {
             _ => format!("{value:.16e}"),
         });
         let written = self.history.write_record(text).map_err(io::Error::from).and_then(|()| self.history.flush());
-        written.map_err(|source| ResultsError::Write { path: self.folder.join("history.csv"), source })?;
+        written.map_err(|source| ResultsError::Write { path: self.folder.join(HISTORY), source })?;
         self.rows.push(row);
         Ok(())
     }
@@ -175,7 +190,7 @@ impl Results {
 
     /// Replaces the manifest; a reader never sees half of it.
     pub(crate) fn write_manifest(&self, manifest: &Manifest) -> Result<(), ResultsError> {
-        let path = self.folder.join("manifest.json");
+        let path = self.folder.join(MANIFEST);
         let temporary = self.folder.join("manifest.json.tmp");
         let write = || -> io::Result<()> {
             let mut file = File::create(&temporary)?;
@@ -184,56 +199,6 @@ impl Results {
             fs::rename(&temporary, &path)
         };
         write().map_err(|source| ResultsError::Write { path, source })
-    }
-}
-
-/// The folder for the results: the one asked for, or a new one under `results/` named after the case.
-fn choose_folder(source: &CaseSource, out: Option<&Path>, force: bool) -> Result<PathBuf, ResultsError> {
-    let occupied = |path: &Path| path.join("manifest.json").exists();
-    let folder = match out {
-        Some(path) => path.to_owned(),
-        None => {
-            let base = Path::new("results").join(case_name(source.path()));
-            let numbered = |n: u32| PathBuf::from(format!("{}-{n}", base.display()));
-            match force || !occupied(&base) {
-                true => base,
-                // The numbers do not end before a free one is found.
-                false => (2..=u32::MAX).map(numbered).find(|path| !occupied(path)).unwrap_or(base),
-            }
-        }
-    };
-    if !occupied(&folder) {
-        return Ok(folder);
-    }
-    if !force {
-        return Err(ResultsError::Occupied { path: folder });
-    }
-    // Only what a run writes is replaced; anything else in the folder stays.
-    for name in ["manifest.json", "history.csv", "particles.pvd", "grid.pvd", "case.toml"] {
-        remove(fs::remove_file(folder.join(name)), &folder.join(name))?;
-    }
-    for name in [FIELDS, "figures"] {
-        remove(fs::remove_dir_all(folder.join(name)), &folder.join(name))?;
-    }
-    Ok(folder)
-}
-
-fn remove(removed: io::Result<()>, path: &Path) -> Result<(), ResultsError> {
-    match removed {
-        Err(source) if source.kind() != io::ErrorKind::NotFound => {
-            Err(ResultsError::Write { path: path.to_owned(), source })
-        }
-        _ => Ok(()),
-    }
-}
-
-/// What a case is called: its file name, where `case` stands for the name of the folder.
-fn case_name(path: &Path) -> String {
-    let stem = path.file_stem().map_or_else(String::new, |stem| stem.to_string_lossy().into_owned());
-    let folder = path.parent().and_then(Path::file_name).map(|name| name.to_string_lossy().into_owned());
-    match (stem.strip_prefix("case"), folder) {
-        (Some(rest), Some(folder)) if rest.is_empty() || rest.starts_with('-') => folder + rest,
-        _ => stem,
     }
 }
 
@@ -302,17 +267,4 @@ fn write_grid<const D: usize>(path: &Path, time: f64, simulation: &Simulation<D>
     let cells: Vec<[usize; 3]> = active.iter().map(|&cell| place(cell)).collect();
     let pressure: Vec<f64> = active.iter().map(|&cell| solver.cells().pressure[cell as usize]).collect();
     write_cells(path, time, &lattice, &cells, &[Field::scalar("pressure", pressure)])
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    #[test]
-    fn a_case_is_called_by_its_file_or_its_folder() {
-        assert_eq!(case_name(Path::new("paper-cases/poroelastic-column/case.toml")), "poroelastic-column");
-        assert_eq!(case_name(Path::new("paper-cases/poroelastic-column/case-1d.toml")), "poroelastic-column-1d");
-        assert_eq!(case_name(Path::new("slope.toml")), "slope");
-        assert_eq!(case_name(Path::new("case.toml")), "case");
-    }
 }

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use tsutsumi::solver::{Solver, StepError};
+use tsutsumi::solver::Solver;
 
 use crate::build::build;
 use crate::pictures::{Snapshot, draw};
@@ -62,6 +62,9 @@ pub trait Observer {
 
     /// Called every few milliseconds between steps.
     fn advanced(&mut self, progress: &Progress) -> Wish;
+
+    /// Something that the user should know; the run goes on.
+    fn warned(&mut self, _message: &str) {}
 }
 
 /// An observer that lets a run go on in silence.
@@ -130,11 +133,22 @@ fn run_in<const D: usize>(
     let results = Results::create(source, options.out.as_deref(), options.force, simulation.reading_names())?;
     let started_unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
     let peak = Snapshot::take(&simulation);
-    let run = Run { source, case, simulation, results, peak, started_unix_s, loop_time: Duration::ZERO, iterations: 0 };
+    let run = Run {
+        source,
+        case,
+        simulation,
+        results,
+        peak,
+        started_unix_s,
+        loop_time: Duration::ZERO,
+        iterations: 0,
+        pace: Pace::new(),
+        beyond_limit: options.allow_unstable,
+    };
     Ok(run.complete(observer)?)
 }
 
-/// Refuses a fixed step beyond the stable limit.
+/// Refuses a fixed step beyond the stable limit, and an automatic one that never comes to the end.
 ///
 /// # Errors
 /// An error at `time.step` that names the limit and what governs it.
@@ -144,15 +158,27 @@ pub fn refuse_unstable<const D: usize>(source: &CaseSource, case: &Case, solver:
         Step::Seconds(step) if step > limits.longest() => Err(source.invalid(
             "time.step",
             format!(
-                "the step of {step} s is longer than the stable limit of {:.4e} s ({})",
-                limits.longest(),
+                "the step of {step} s is longer than the stable limit of {} s ({})",
+                significant(limits.longest()),
                 limits.governing
             ),
             "write `step = \"auto\"` or a shorter step; `--allow-unstable` runs it all the same",
         )),
+        Step::Auto if case.time.end / limits.accurate() > MAX_STEPS => Err(source.invalid(
+            "time.step",
+            format!(
+                "the automatic step of {} s ({}) needs too many steps",
+                significant(limits.accurate()),
+                limits.governing
+            ),
+            format!("up to {MAX_STEPS:e} are possible: is the stiffness right? a coarser grid has a longer step"),
+        )),
         _ => Ok(()),
     }
 }
+
+/// More steps than any run will make.
+const MAX_STEPS: f64 = 1e12;
 
 /// The number and length of the equal steps that lead from now to a time.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -191,6 +217,8 @@ struct Run<'a, const D: usize> {
     started_unix_s: u64,
     loop_time: Duration,
     iterations: u64,
+    pace: Pace,
+    beyond_limit: bool,
 }
 
 impl<const D: usize> Run<'_, D> {
@@ -223,6 +251,7 @@ impl<const D: usize> Run<'_, D> {
         let mut fields_written = 0;
         for number in 1.. {
             let target = self.output_time(number);
+            self.watch_limit(observer);
             let ended = self.run_steps(target, observer);
             let is_last = target >= self.case.time.end || ended.is_some();
             let fields_due = (target / every_fields * (1.0 + 1e-12)).floor() as u64;
@@ -240,7 +269,6 @@ impl<const D: usize> Run<'_, D> {
     /// Steps up to a time. An outcome means that the run ends here.
     fn run_steps(&mut self, target: f64, observer: &mut dyn Observer) -> Option<Outcome> {
         let started = Instant::now();
-        let mut looked = started;
         let mut outcome = None;
         while outcome.is_none() {
             let steps = Steps::up_to(target, self.case, self.simulation.solver());
@@ -248,8 +276,8 @@ impl<const D: usize> Run<'_, D> {
             if steps.count == 0 {
                 break;
             }
-            for count in 0..steps.count {
-                outcome = self.step(steps.dt, count, &mut looked, observer);
+            for _ in 0..steps.count {
+                outcome = self.step(steps.dt, observer);
                 // An automatic step is chosen anew when the surface has moved into other cells.
                 let moved = cells != self.simulation.solver().active().generation();
                 if outcome.is_some() || (moved && self.case.time.step == Step::Auto) {
@@ -262,20 +290,28 @@ impl<const D: usize> Run<'_, D> {
     }
 
     /// One step, and now and then a word with the observer.
-    fn step(&mut self, dt: f64, count: u64, looked: &mut Instant, observer: &mut dyn Observer) -> Option<Outcome> {
-        const BETWEEN_LOOKS: Duration = Duration::from_millis(5);
+    fn step(&mut self, dt: f64, observer: &mut dyn Observer) -> Option<Outcome> {
         match self.simulation.solver_mut().step(dt) {
             Ok(report) => self.iterations += report.pressure.iterations as u64,
-            Err(error) => return Some(Outcome::Failed(explain(&error, self.case))),
+            Err(error) => return Some(Outcome::Failed(error.to_string())),
         }
-        // Looking at the clock costs a hundredth of the smallest step when done every 16.
-        if count.is_multiple_of(16) && looked.elapsed() > BETWEEN_LOOKS {
-            *looked = Instant::now();
-            if observer.advanced(&self.progress(dt)) == Wish::Stop {
-                return Some(Outcome::Interrupted);
-            }
+        let is_time = self.pace.is_time(self.simulation.solver().steps());
+        (is_time && observer.advanced(&self.progress(dt)) == Wish::Stop).then_some(Outcome::Interrupted)
+    }
+
+    /// Says once when a fixed step has become longer than the stable limit because the body has changed.
+    fn watch_limit(&mut self, observer: &mut dyn Observer) {
+        let Step::Seconds(dt) = self.case.time.step else { return };
+        let limits = self.simulation.solver().step_limits();
+        if dt > limits.longest() && !self.beyond_limit {
+            self.beyond_limit = true;
+            observer.warned(&format!(
+                "from t = {} s on the step of {dt} s is longer than the stable limit of {} s ({})",
+                significant(self.simulation.solver().time()),
+                significant(limits.longest()),
+                limits.governing
+            ));
         }
-        None
     }
 
     fn progress(&self, dt: f64) -> Progress {
@@ -329,12 +365,39 @@ impl<const D: usize> Run<'_, D> {
     }
 }
 
-/// The reason of a failed step, with a hint where the step may be to blame.
-fn explain(error: &StepError, case: &Case) -> String {
-    match (error, case.time.step) {
-        (StepError::Outside { .. } | StepError::Law { .. }, Step::Seconds(_)) => {
-            format!("{error} (if the velocities grew without reason, try `step = \"auto\"`)")
+/// When to look at the clock: every few milliseconds, without asking it the time after every step.
+struct Pace {
+    looked: Instant,
+    /// The number of steps at which to look next, and after how many more then.
+    next: u64,
+    stride: u64,
+}
+
+impl Pace {
+    fn new() -> Self {
+        Pace { looked: Instant::now(), next: 0, stride: 1 }
+    }
+
+    fn is_time(&mut self, steps: u64) -> bool {
+        if steps < self.next {
+            return false;
         }
-        _ => error.to_string(),
+        match self.looked.elapsed() {
+            short if short < Duration::from_millis(2) => self.stride = self.stride.saturating_mul(2).min(1 << 20),
+            long if long > Duration::from_millis(8) => self.stride = (self.stride / 2).max(1),
+            _ => {}
+        }
+        self.looked = Instant::now();
+        self.next = steps + self.stride;
+        true
+    }
+}
+
+/// A number for people: four significant digits.
+pub(crate) fn significant(value: f64) -> String {
+    let rounded: f64 = format!("{value:.3e}").parse().unwrap_or(value);
+    match rounded.abs() {
+        size if (1e-3..1e6).contains(&size) || size == 0.0 => format!("{rounded}"),
+        _ => format!("{rounded:e}"),
     }
 }

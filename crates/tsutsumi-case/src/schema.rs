@@ -126,7 +126,8 @@ pub enum PressureQuadrature {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Newmark {
-    /// Weight of the new acceleration in the displacement, in [0, 0.5].
+    /// Weight of the new acceleration in Newmark's displacement, in [0, 0.5]. It is given in the paper but enters none of its
+    /// equations: particles move with the velocity. It changes nothing.
     #[schemars(range(min = 0, max = 0.5))]
     pub beta: f64,
     /// Weight of the new acceleration in the velocity; only 1 is supported.

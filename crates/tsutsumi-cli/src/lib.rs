@@ -17,7 +17,7 @@
 
 mod progress;
 
-use std::io::{IsTerminal, Write};
+use std::io::{ErrorKind, IsTerminal, Write};
 use std::num::NonZeroUsize;
 use std::path::PathBuf;
 use std::process::ExitCode;
@@ -105,8 +105,13 @@ pub fn main_with(registry: &Registry) -> ExitCode {
 
 /// Prints to the standard output; a reader that has gone away (`| head`) is no error.
 fn print(text: &str) -> u8 {
-    let _ = writeln!(std::io::stdout(), "{text}");
-    0
+    match writeln!(std::io::stdout(), "{text}") {
+        Err(error) if error.kind() != ErrorKind::BrokenPipe => {
+            eprintln!("error: cannot write the output: {error}");
+            RUN_FAILED
+        }
+        _ => 0,
+    }
 }
 
 fn open(arguments: &CaseArguments) -> Result<CaseSource, CaseError> {
@@ -145,34 +150,41 @@ fn run_case(arguments: &RunArguments, registry: &Registry) -> u8 {
         Err(RunError::Case(error)) => refuse(&error),
         Err(RunError::Results(error)) => {
             eprintln!("error: {error}");
-            if matches!(error, ResultsError::Occupied { .. }) { INPUT_WRONG } else { RUN_FAILED }
+            match error {
+                ResultsError::Occupied { .. } | ResultsError::NotAFolder { .. } | ResultsError::OverTheCase { .. } => {
+                    INPUT_WRONG
+                }
+                _ => RUN_FAILED,
+            }
         }
     }
 }
 
 fn report(summary: &RunSummary, quiet: bool) -> u8 {
     let performance = &summary.performance;
-    if !quiet {
-        eprintln!(
-            "{} steps in {:.1} s ({:.2} µs a step), t = {} s",
-            performance.steps,
-            performance.wall_s,
-            1e6 * performance.wall_s / performance.steps.max(1) as f64,
-            summary.time
-        );
-        eprintln!("results in {}", summary.folder.display());
-    }
-    match &summary.outcome {
+    // A time to nine digits: rounding errors of a sum of steps are nobody's business.
+    let time = format!("{:.8e}", summary.time).parse().unwrap_or(summary.time);
+    let code = match &summary.outcome {
         Outcome::Finished | Outcome::Running => 0,
         Outcome::Interrupted => {
-            eprintln!("interrupted: the results end at t = {} s", summary.time);
+            eprintln!("interrupted at t = {time} s");
             INTERRUPTED
         }
         Outcome::Failed(reason) => {
-            eprintln!("error: {reason}\nthe results end at t = {} s, in {}", summary.time, summary.folder.display());
+            eprintln!("error: {reason}");
             RUN_FAILED
         }
+    };
+    if code != 0 || !quiet {
+        let steps = match performance.steps {
+            1 => "1 step".to_owned(),
+            steps => format!("{steps} steps"),
+        };
+        let each = 1e6 * performance.wall_s / performance.steps.max(1) as f64;
+        eprintln!("{steps} in {:.1} s ({each:.2} µs each), t = {time} s", performance.wall_s);
+        eprintln!("results in {}", summary.folder.display());
     }
+    code
 }
 
 fn list_laws(registry: &Registry) -> String {

@@ -9,7 +9,8 @@ use std::time::{Duration, Instant};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tsutsumi_case::{Observer, Progress, Wish};
 
-/// Between two lines where there is no terminal.
+/// Until the first line where there is no terminal, and between the next ones.
+const FIRST_LINE: Duration = Duration::from_secs(2);
 const BETWEEN_LINES: Duration = Duration::from_secs(10);
 /// Positions of the bar.
 const RESOLUTION: f64 = 1000.0;
@@ -24,7 +25,7 @@ pub(crate) struct Display {
 enum Style {
     Quiet,
     Bar(ProgressBar),
-    Lines { last: Instant },
+    Lines { next: Instant },
 }
 
 impl Display {
@@ -42,7 +43,7 @@ impl Display {
         let style = match (quiet, std::io::stderr().is_terminal()) {
             (true, _) => Style::Quiet,
             (false, true) => Style::Bar(bar()),
-            (false, false) => Style::Lines { last: Instant::now() },
+            (false, false) => Style::Lines { next: Instant::now() + FIRST_LINE },
         };
         Display { stop, started: Instant::now(), style }
     }
@@ -89,12 +90,19 @@ impl Observer for Display {
                 bar.set_position((RESOLUTION * progress.time / progress.end) as u64);
                 bar.set_message(words);
             }
-            Style::Lines { last } if last.elapsed() >= BETWEEN_LINES => {
-                *last = Instant::now();
+            Style::Lines { next } if Instant::now() >= *next => {
+                *next = Instant::now() + BETWEEN_LINES;
                 eprintln!("{words}");
             }
             Style::Lines { .. } => {}
         }
         if self.stop.load(Ordering::Relaxed) { Wish::Stop } else { Wish::Continue }
+    }
+
+    fn warned(&mut self, message: &str) {
+        match &self.style {
+            Style::Bar(bar) => bar.suspend(|| eprintln!("warning: {message}")),
+            _ => eprintln!("warning: {message}"),
+        }
     }
 }

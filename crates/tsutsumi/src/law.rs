@@ -31,7 +31,7 @@ pub enum LawError {
         expected: &'static str,
     },
     /// The stress at the end of the step is infinite or not a number.
-    #[error("the stress is not finite after the strain increment {strain:?}")]
+    #[error("the stress is not finite after the strain increment {strain}")]
     NotFinite {
         /// The strain increment (–).
         strain: Sym3,

@@ -63,7 +63,7 @@ pub struct Particle<const D: usize> {
 
 /// A particle left the grid, or its position is not a number.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
-#[error("particle {particle} is at {position:?}, outside the grid ({from:?} to {to:?})")]
+#[error("particle {particle} is at {position:.4?} m, outside the grid ({from:?} to {to:?})")]
 pub struct OutsideGrid {
     /// The number of the particle.
     pub particle: usize,

@@ -40,7 +40,7 @@ pub struct StepView<'a, const D: usize> {
 pub enum PressureError {
     /// The matrix is not positive definite.
     #[error(
-        "the pressure system is not positive definite at t = {time} s (pivot {pivot:e} in cell {cell:?}): {}",
+        "the pressure system is not positive definite at t = {time:.6} s (pivot {pivot:.3e} in cell {cell:?}): {}",
         if *short_step {
             "the step is shorter than k/g and a surface cell is nearly empty; sum over the material points, take a longer \
              step, or leave the fluid's inertia out"
@@ -59,7 +59,9 @@ pub enum PressureError {
         short_step: bool,
     },
     /// A coefficient, the right-hand side or the solution is infinite or not a number.
-    #[error("the pressure system is not finite at t = {time} s in cell {cell:?}: the run is unstable, reduce the step")]
+    #[error(
+        "the pressure system is not finite at t = {time:.6} s in cell {cell:?}: the run is unstable, take a shorter step or `auto`"
+    )]
     NotFinite {
         /// The time at the end of the step (s).
         time: f64,
@@ -68,7 +70,7 @@ pub enum PressureError {
     },
     /// The iteration stopped before the residual was small enough.
     #[error(
-        "the pressures did not converge at t = {time} s: relative residual {residual:e} after {iterations} iterations, \
+        "the pressures did not converge at t = {time:.6} s: relative residual {residual:.3e} after {iterations} iterations, \
          largest in cell {cell:?}"
     )]
     NotConverged {

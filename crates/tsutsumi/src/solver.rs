@@ -84,7 +84,7 @@ impl Clock {
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum StepError {
     /// A particle left the grid. The particles are those at the start of the step.
-    #[error("at t = {time} s {outside}: enlarge the grid, or reduce the step if the run is unstable")]
+    #[error("at t = {time:.6} s {outside}: enlarge the grid, or take a shorter step or `auto` if the run is unstable")]
     Outside {
         /// The time at the start of the step (s).
         time: f64,
@@ -95,7 +95,9 @@ pub enum StepError {
     #[error(transparent)]
     Pressure(#[from] PressureError),
     /// A law failed. The step is complete but for the stress of the failing particles, which keep their old one.
-    #[error("material `{material}`, particle {particle} at {position:?}, t = {time} s: {source}")]
+    #[error(
+        "at t = {time:.6} s the law of material `{material}` failed in particle {particle} at {position:.4?} m: {source}"
+    )]
     Law {
         /// The name of the material.
         material: String,

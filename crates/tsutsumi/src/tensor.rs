@@ -3,6 +3,7 @@
 //! Space has `D` dimensions; stress and strain always have three. [`embed`] and [`Sym3::dot`] are the only bridge: a
 //! two-dimensional body is in plane strain, a one-dimensional one in uniaxial strain.
 
+use std::fmt;
 use std::ops::{Add, AddAssign, Mul, Neg, Sub};
 
 use serde::{Deserialize, Serialize};
@@ -135,6 +136,14 @@ impl Sym3 {
     pub fn is_finite(self) -> bool {
         // One infinite or NaN component makes this sum infinite or NaN.
         (self.xx.abs() + self.yy.abs() + self.zz.abs() + self.xy.abs() + self.yz.abs() + self.zx.abs()).is_finite()
+    }
+}
+
+/// The components by name, to four digits.
+impl fmt::Display for Sym3 {
+    fn fmt(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Sym3 { xx, yy, zz, xy, yz, zx } = self;
+        write!(formatter, "xx {xx:.3e}, yy {yy:.3e}, zz {zz:.3e}, xy {xy:.3e}, yz {yz:.3e}, zx {zx:.3e}")
     }
 }
 

@@ -32,6 +32,7 @@ pub struct PressureDependent {
 }
 // ANCHOR_END: struct
 
+// ANCHOR: moduli
 impl PressureDependent {
     /// Bulk and shear modulus (Pa) at an effective stress.
     fn moduli(&self, stress: Sym3) -> (f64, f64) {
@@ -40,6 +41,7 @@ impl PressureDependent {
         (bulk, bulk * 1.5 * (1.0 - 2.0 * self.poisson) / (1.0 + self.poisson))
     }
 }
+// ANCHOR_END: moduli
 
 // ANCHOR: impl
 impl ConstitutiveLaw for PressureDependent {

@@ -143,7 +143,7 @@ mod interrupted {
         a_signal_ends_a_run_with_its_results("TERM", "20.0");
     }
 
-    /// The first line of progress comes after ten seconds.
+    /// The first line of progress comes after two seconds.
     #[test]
     fn progress_without_a_terminal_is_plain_lines() {
         let desk = Desk::with("case.toml", COLUMN);
@@ -158,6 +158,6 @@ mod interrupted {
         assert_eq!(run.code(), Some(130));
         let all = [vec![first, second], rest].concat().join("\n");
         assert!(!all.contains(['\u{1b}', '\r', '█']), "{all:?}");
-        assert!(all.contains("interrupted: the results end at t = "), "{all}");
+        assert!(all.contains("\ninterrupted at t = "), "{all}");
     }
 }
