@@ -102,6 +102,12 @@ impl<const D: usize> Particles<D> {
         self.cell.push(u32::MAX);
     }
 
+    /// Gives a particle another volume (m³) than its box has; its mass follows, its density stays.
+    pub fn set_volume(&mut self, particle: usize, volume: f64) {
+        self.mass[particle] *= volume / self.volume[particle];
+        self.volume[particle] = volume;
+    }
+
     /// Finds the cell of every particle. Returns true when any particle changed its cell.
     ///
     /// # Errors

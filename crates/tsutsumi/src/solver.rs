@@ -57,8 +57,8 @@ pub struct Solver<const D: usize> {
 }
 
 /// Time and steps so far. Equal steps are counted, not summed, so that time stays exact over millions of them.
-#[derive(Debug, Clone, Copy, Default)]
-struct Clock {
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Clock {
     steps: u64,
     /// Start and length of the current run of equal steps (s), and how many of them are done.
     start: f64,
@@ -67,11 +67,19 @@ struct Clock {
 }
 
 impl Clock {
-    fn time(&self) -> f64 {
+    /// The time (s).
+    pub fn time(&self) -> f64 {
         self.start + self.dt * self.count as f64
     }
 
-    fn after(&self, dt: f64) -> Clock {
+    /// The number of steps made.
+    pub fn steps(&self) -> u64 {
+        self.steps
+    }
+
+    /// The clock after another step of `dt` (s).
+    #[must_use]
+    pub fn after(&self, dt: f64) -> Clock {
         let steps = self.steps + 1;
         match dt == self.dt {
             true => Clock { steps, count: self.count + 1, ..*self },
@@ -243,7 +251,7 @@ impl<const D: usize> Solver<D> {
 
     /// The number of steps made.
     pub fn steps(&self) -> u64 {
-        self.clock.steps
+        self.clock.steps()
     }
 
     /// The grid.

@@ -28,6 +28,15 @@ pub trait Transfer<const D: usize>: Send + Sync {
     /// Calls `visit` with each node of a cell's stencil, in the order of the local node numbers.
     fn visit_stencil(&self, grid: &Grid<D>, cell: usize, visit: &mut dyn FnMut(usize));
 
+    /// Calls `visit(node, N_I(X_p), ∇N_I(X_p))` with each node of a particle's stencil; gradients in 1/m.
+    fn visit_weights(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        particle: usize,
+        visit: &mut dyn FnMut(usize, f64, Vector<D>),
+    );
+
     /// Mass, momentum and the force of the effective stress, summed at the nodes.
     ///
     /// # Equation
@@ -162,6 +171,17 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
     fn visit_stencil(&self, grid: &Grid<D>, cell: usize, visit: &mut dyn FnMut(usize)) {
         let center = grid.cell_center(cell);
         Stencil::of_point(self, grid, cell, &center).visit::<S>(|_, node, _, _| visit(node));
+    }
+
+    fn visit_weights(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        particle: usize,
+        visit: &mut dyn FnMut(usize, f64, Vector<D>),
+    ) {
+        let stencil = Stencil::of_particle(self, grid, particles, particle);
+        stencil.visit::<S>(|_, node, value, gradient| visit(node, value, gradient));
     }
 
     fn particles_to_nodes(&self, grid: &Grid<D>, particles: &Particles<D>, nodes: &mut NodeFields<D>) {

@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use super::{ConstitutiveLaw, LawError};
-use crate::tensor::{Sym3, Vector, rotation};
+use crate::tensor::{Matrix6, Sym3, Vector, rotation};
 
 /// What one step does to a material point.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -57,6 +57,14 @@ pub trait MaterialGroup: Send + Sync {
         volumes: &[f64],
     ) -> BlockOutcome;
 
+    /// The stress (Pa) that a strain increment without spin would lead to, and the tangent there
+    /// ([`ConstitutiveLaw::tangent`]), for the group's particle number `particle`. Nothing is changed: implicit schemes try
+    /// increments before they accept one.
+    ///
+    /// # Errors
+    /// The law's.
+    fn trial(&self, particle: usize, stress: Sym3, strain: Sym3) -> Result<(Sym3, Matrix6), LawError>;
+
     /// The largest compression and shear wave moduli in the group (Pa), for the stresses of its particles.
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64);
 
@@ -108,6 +116,15 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
             }
         }
         outcome
+    }
+
+    fn trial(&self, particle: usize, stress: Sym3, strain: Sym3) -> Result<(Sym3, Matrix6), LawError> {
+        let state = self.states[particle];
+        let (new_stress, _) = self.law.update(stress, state, strain)?;
+        if !new_stress.is_finite() {
+            return Err(LawError::NotFinite { strain });
+        }
+        Ok((new_stress, self.law.tangent(stress, state, strain)?))
     }
 
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64) {
