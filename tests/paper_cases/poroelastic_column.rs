@@ -70,22 +70,22 @@ fn advance<const D: usize>(mut simulation: Simulation<D>, case: &Case, end: f64,
         ["time", "base.pressure", "middle.pressure", "top.pressure", "settlement.particles", "settlement.surface"]
             .map(column);
     let mut readings = Vec::new();
-    while simulation.solver().time() < end * (1.0 - 1e-9) {
+    while simulation.model().time() < end * (1.0 - 1e-9) {
         let dt = match case.time.step {
             Step::Seconds(dt) => dt,
             Step::Auto => {
-                let longest = case.time.safety * simulation.solver().step_limits().accurate();
+                let longest = case.time.safety * simulation.model().step_limits().unwrap().accurate();
                 every / (every / longest).ceil()
             }
         };
         for _ in 0..(every / dt).round() as u64 {
-            simulation.solver_mut().step(dt).unwrap();
+            simulation.model_mut().step(dt).unwrap();
         }
         let row = simulation.readings();
         let [time, base, middle, top, particles, surface] = columns.map(|column| row[column]);
         readings.push(Reading { time, base, middle, top, particles, surface });
     }
-    Curves { readings, steps: simulation.solver().steps() }
+    Curves { readings, steps: simulation.model().steps() }
 }
 
 fn assert_within(name: &str, value: f64, expected: f64, tolerance: f64) {

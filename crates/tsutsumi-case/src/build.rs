@@ -8,10 +8,13 @@ use tsutsumi::particles::{Particle, Particles};
 use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
 use tsutsumi::solver::{Parts, Solver};
 use tsutsumi::tensor::{Sym3, Vector};
+use tsutsumi_reference::finite_elements::{self, FiniteElements, GaussPoint, Newmark, gauss_points};
 
 use crate::registry::{MaterialRequest, choose, shapes, velocity_updates};
 use crate::simulation::{ProbeAt, Simulation};
-use crate::{BodyShape, BoxShape, Case, CaseError, CaseSource, Face, KeyPath, PressureQuadrature, Registry};
+use crate::{
+    BodyShape, BoxShape, Case, CaseError, CaseSource, Face, KeyPath, PressureQuadrature, Registry, SolverKind,
+};
 
 /// The most particles that a case may ask for: their numbers are 32 bits wide.
 const MAX_PARTICLES: f64 = u32::MAX as f64;
@@ -39,16 +42,33 @@ pub fn build<const D: usize>(
         bodies.push(body);
     }
     drain(case, &bodies, &mut particles);
+    let boundary = build_boundary(case, &grid, &bodies);
+    let (probes, top) = (find_probes(case, &particles), find_top(case, &bodies));
+    let refuse = |error: String| source.invalid("bodies", error, "");
+    if case.method.solver == SolverKind::Fem {
+        let newmark = Newmark { beta: case.method.newmark.beta, gamma: case.method.newmark.gamma };
+        let (fluid, fluid_inertia) = (build_fluid(case), case.method.fluid_inertia);
+        let parts = finite_elements::Parts {
+            grid,
+            points: particles,
+            groups,
+            boundary,
+            gravity,
+            fluid,
+            fluid_inertia,
+            newmark,
+        };
+        let model = FiniteElements::new(parts).map_err(|error| refuse(error.to_string()))?;
+        return Ok(Simulation::new(Box::new(model), probes, top, case));
+    }
     let method = KeyPath::root().key("method");
     let shape = choose(source, method.clone().key("shape"), "shape function", &case.method.shape, shapes())?;
     let name = &case.method.velocity_update;
     let velocity_update = choose(source, method.key("velocity_update"), "velocity update", name, velocity_updates())?;
-    let boundary = build_boundary(case, &grid, &bodies);
     let pressure = build_pressure(case);
-    let (probes, top) = (find_probes(case, &particles), find_top(case, &bodies));
     let parts = Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure };
-    let solver = Solver::new(parts).map_err(|error| source.invalid("bodies", error.to_string(), ""))?;
-    Ok(Simulation::new(solver, probes, top, case))
+    let model = Solver::new(parts).map_err(|error| refuse(error.to_string()))?;
+    Ok(Simulation::new(Box::new(model), probes, top, case))
 }
 
 /// The particles of a body: a lattice, x fastest.
@@ -97,9 +117,12 @@ fn fill_body<const D: usize>(
     let key = KeyPath::root().key("bodies").index(index);
     let BodyShape::Box(BoxShape { min, max }) = &body.shape;
     let (lower, upper): (Vector<D>, Vector<D>) = (vector(min), vector(max));
+    let finite_elements = case.method.solver == SolverKind::Fem;
+    let in_cells = Vector::<D>::from_fn(|axis, _| (upper[axis] - lower[axis]) / grid.spacing()[axis]);
     let wish = Vector::<D>::from_fn(|axis, _| {
         let per_cell = body.particles_per_cell.get(axis).copied().unwrap_or(1) as f64;
-        ((upper[axis] - lower[axis]) / grid.spacing()[axis] * per_cell).round().max(1.0)
+        let per_cell = if finite_elements { 2.0 } else { per_cell };
+        (in_cells[axis] * per_cell).round().max(1.0)
     });
     let total = particles.len() as f64 + wish.product();
     if total > MAX_PARTICLES {
@@ -107,22 +130,30 @@ fn fill_body<const D: usize>(
         let help = format!("at most {MAX_PARTICLES:.3e} can be numbered: take fewer per cell or a coarser grid");
         return Err(source.invalid(key.key("particles_per_cell"), message, help));
     }
-    let counts: [usize; D] = std::array::from_fn(|axis| wish[axis] as usize);
+    if finite_elements {
+        refuse_cut_cells(source, grid, &key, lower, upper)?;
+    }
+    let places: [Vec<GaussPoint>; D] = std::array::from_fn(|axis| match finite_elements {
+        true => gauss_points(lower[axis], upper[axis], in_cells[axis].round() as usize),
+        false => even_points(lower[axis], upper[axis], wish[axis] as usize),
+    });
+    let counts: [usize; D] = std::array::from_fn(|axis| places[axis].len());
     let size = (upper - lower).component_div(&wish);
     let material = &case.materials[&body.material];
     let state = InitialState::new(source, case, gravity, index)?;
     let start = particles.len();
     for number in 0..counts.iter().product() {
         let mut rest = number;
-        let position = Vector::from_fn(|axis, _| {
+        let on_axis: [GaussPoint; D] = std::array::from_fn(|axis| {
             let place = rest % counts[axis];
             rest /= counts[axis];
-            lower[axis] + (place as f64 + 0.5) * size[axis]
+            places[axis][place]
         });
+        let position = Vector::from_fn(|axis, _| on_axis[axis].place);
         let level = position[D - 1];
         particles.push(Particle {
             position,
-            half_size: size * 0.5,
+            half_size: Vector::from_fn(|axis, _| on_axis[axis].half_length),
             velocity: state.velocity,
             density: material.density,
             stress: state.stress(level),
@@ -130,8 +161,38 @@ fn fill_body<const D: usize>(
             porosity: material.porosity.unwrap_or(0.0),
             conductivity: material.conductivity.unwrap_or(0.0),
         });
+        if finite_elements {
+            particles.set_volume(particles.len() - 1, on_axis.iter().map(|point| point.weight).product());
+        }
     }
     Ok(Lattice { name: body.name().to_owned(), particles: start..particles.len(), counts, size })
+}
+
+/// Points that share a length evenly, each in the middle of its part.
+fn even_points(lower: f64, upper: f64, count: usize) -> Vec<GaussPoint> {
+    let weight = (upper - lower) / count as f64;
+    let place = |number: usize| lower + (number as f64 + 0.5) * weight;
+    (0..count).map(|number| GaussPoint { place: place(number), half_length: 0.5 * weight, weight }).collect()
+}
+
+/// Finite elements fill whole cells.
+fn refuse_cut_cells<const D: usize>(
+    source: &CaseSource,
+    grid: &Grid<D>,
+    body: &KeyPath,
+    lower: Vector<D>,
+    upper: Vector<D>,
+) -> Result<(), CaseError> {
+    for corner in [lower, upper] {
+        let place = grid.in_spacings(&corner);
+        if let Some(axis) = (0..D).find(|&axis| (place[axis] - place[axis].round()).abs() > 1e-6) {
+            let name = ["x", "y", "z"][axis];
+            let message = format!("a side of this body, {name} = {}, cuts through cells", corner[axis]);
+            let help = "finite elements need boxes between grid lines: change `grid.spacing` or `grid.origin`";
+            return Err(source.invalid(body.clone().key("shape"), message, help));
+        }
+    }
+    Ok(())
 }
 
 /// The state of a body at the start, by level.
@@ -229,18 +290,23 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
         let forces = named(bodies, &load.on.of)
             .flat_map(|body| body.layer(on).map(move |p| (p, traction * body.side_area(on))))
             .collect();
-        let applied_to = match load.applied_to {
-            crate::AppliedTo::Particles => AppliedTo::Particles,
-            crate::AppliedTo::Surface => AppliedTo::Surface(on),
+        // Gauss points carry no loads: those of finite elements act on the true surface.
+        let applied_to = match (load.applied_to, case.method.solver) {
+            (crate::AppliedTo::Particles, SolverKind::Mpm) => AppliedTo::Particles,
+            _ => AppliedTo::Surface(on),
         };
         boundary.push_load(Load { forces, history: History::new(load.history.clone()), applied_to });
     }
     boundary
 }
 
+fn build_fluid(case: &Case) -> Option<Fluid> {
+    let crate::Fluid { density, bulk_modulus, unit_weight } = *case.fluid.as_ref()?;
+    Some(Fluid { density, bulk_modulus, unit_weight })
+}
+
 fn build_pressure<const D: usize>(case: &Case) -> Box<dyn PressureScheme<D>> {
-    let Some(fluid) = &case.fluid else { return Box::new(Dry) };
-    let fluid = Fluid { density: fluid.density, bulk_modulus: fluid.bulk_modulus, unit_weight: fluid.unit_weight };
+    let Some(fluid) = build_fluid(case) else { return Box::new(Dry) };
     let quadrature = match case.method.pressure_quadrature {
         PressureQuadrature::Cell => Quadrature::Cell,
         PressureQuadrature::MaterialPoints => Quadrature::MaterialPoints,

@@ -125,7 +125,7 @@ const BAD_CASES: &[(&str, Edits)] = &[
     ("coordinates too large", &[("origin = [0.0, 0.0]", "origin = [0.0, 1.0e15]")]),
     ("step longer than the run", &[("end = 2000.0", "end = 1.0e-4"), ("every = 10.0", "every = 1.0e-4")]),
     ("safety above 1", &[("end = 2000.0", "end = 2000.0\nsafety = 90.0")]),
-    ("gamma and beta", &[("beta = 0.5, gamma = 1.0", "beta = 0.6, gamma = 0.5")]),
+    ("gamma and beta", &[("beta = 0.5, gamma = 1.0", "beta = 1.6, gamma = 0.5")]),
     ("porosity in percent", &[("porosity = 0.4", "porosity = 40")]),
     ("porosity and conductivity missing", &[("porosity = 0.4", ""), ("conductivity = 5.52e-5", "")]),
     ("mixture lighter than its water", &[("density = 1500.0", "density = 300.0")]),
@@ -173,6 +173,11 @@ const BAD_CASES: &[(&str, Edits)] = &[
             "[[bodies]]\nmaterial",
             "[[supports]]\nregion = { min = [0, 0], max = [1, 0] }\nfix = [\"y\"]\n[other]\nmaterial",
         )],
+    ),
+    // Finite elements.
+    (
+        "finite elements unstable and between grid lines",
+        &[("beta = 0.5, gamma = 1.0 }", "beta = 0.25, gamma = 0.6 }\nsolver = \"fem\"")],
     ),
     // Text.
     ("escape sequences in a name", &[("porosity", "\"po\\u001b[31mrosity\"")]),
@@ -418,7 +423,7 @@ fn the_schema_accepts_good_cases_and_refuses_bad_ones() {
         ("parameters = { young = 4.35e6, poisson = 0.45 }", ""),
         ("\"linear\"", "\"cubic\""),
         ("\"mpm1\"", "\"mpm7\""),
-        ("gamma = 1.0", "gamma = 0.5"),
+        ("gamma = 1.0", "gamma = 0.4"),
         ("face = \"x-min\"", ""),
         ("pressure_at = [0.5, 0.5]", ""),
         ("name = \"base\"", "name = \"a.b\""),

@@ -18,8 +18,8 @@ pub struct CheckReport {
     pub dimension: usize,
     /// The bodies.
     pub bodies: Vec<BodyNumbers>,
-    /// The limits of the time step.
-    pub limits: StepLimits,
+    /// The limits of the time step; `None` for implicit finite elements.
+    pub limits: Option<StepLimits>,
     /// The step at the start (s).
     pub step: f64,
     /// Estimated number of steps.
@@ -73,17 +73,17 @@ fn check_in<const D: usize>(
     allow_unstable: bool,
 ) -> Result<CheckReport, CaseError> {
     let simulation = build::<D>(source, case, registry)?;
-    let solver = simulation.solver();
-    let stable = refuse_unstable(source, case, solver);
+    let model = simulation.model();
+    let stable = refuse_unstable(source, case, model);
     let unstable = stable.is_err();
     if !allow_unstable {
         stable?;
     }
-    let first = Steps::up_to(case.output.every.min(case.time.end), case, solver);
-    let grid = solver.grid();
+    let first = Steps::up_to(case.output.every.min(case.time.end), case, model);
+    let grid = model.grid();
     let numbers = |(index, body): (usize, &crate::Body)| {
-        let group = &solver.groups()[index];
-        let (modulus, _) = group.wave_moduli(&solver.particles().stress[group.particles()]);
+        let group = &model.groups()[index];
+        let (modulus, _) = group.wave_moduli(&model.particles().stress[group.particles()]);
         let crate::BodyShape::Box(shape) = &body.shape;
         body_numbers(case, body, modulus, shape.max[D - 1] - shape.min[D - 1])
     };
@@ -91,12 +91,12 @@ fn check_in<const D: usize>(
         title: case.title.clone(),
         dimension: D,
         bodies: case.bodies.iter().enumerate().map(numbers).collect(),
-        limits: solver.step_limits(),
+        limits: model.step_limits(),
         step: first.dt,
         steps: (case.time.end / first.dt).round() as u64,
-        cells: [grid.num_cells(), solver.active().cells().len()],
-        particles: solver.particles().len(),
-        memory: solver.particles().len() * bytes_per_particle::<D>()
+        cells: [grid.num_cells(), model.active().cells().len()],
+        particles: model.particles().len(),
+        memory: model.particles().len() * bytes_per_particle::<D>()
             + grid.num_nodes() * bytes_per_node::<D>()
             + grid.num_cells() * bytes_per_cell::<D>(),
         unstable,
@@ -158,12 +158,10 @@ impl fmt::Display for CheckReport {
             }
         }
         writeln!(f, "\ntime step")?;
-        line(f, "limit: consolidation", self.limits.consolidation, "s")?;
-        let skeleton =
-            if self.limits.consolidation.is_finite() { "limit: hourglass modes" } else { "limit: compression wave" };
-        line(f, skeleton, self.limits.skeleton, "s")?;
-        line(f, "limit: shear wave", self.limits.shear, "s")?;
-        writeln!(f, "  {:<34} {}", "governs", self.limits.governing)?;
+        match &self.limits {
+            Some(limits) => write_limits(f, limits)?,
+            None => writeln!(f, "  {:<34} none: implicit", "limit")?,
+        }
         line(f, "step", self.step, "s")?;
         writeln!(f, "  {:<34} {}", "steps", self.steps)?;
         if self.unstable {
@@ -179,6 +177,14 @@ impl fmt::Display for CheckReport {
         };
         write!(f, "  {:<34} {size:.1} {unit}", "memory")
     }
+}
+
+fn write_limits(f: &mut fmt::Formatter<'_>, limits: &StepLimits) -> fmt::Result {
+    line(f, "limit: consolidation", limits.consolidation, "s")?;
+    let skeleton = if limits.consolidation.is_finite() { "limit: hourglass modes" } else { "limit: compression wave" };
+    line(f, skeleton, limits.skeleton, "s")?;
+    line(f, "limit: shear wave", limits.shear, "s")?;
+    writeln!(f, "  {:<34} {}", "governs", limits.governing)
 }
 
 fn line(f: &mut fmt::Formatter<'_>, name: &str, value: f64, unit: &str) -> fmt::Result {

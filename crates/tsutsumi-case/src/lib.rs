@@ -18,7 +18,7 @@
 //! |---|---|
 //! | `schema`, `source`, `validate`, `error` | the case file: types, text with places, checks, messages |
 //! | [`registry`] | the names of the variants: the only file that knows them |
-//! | [`build`], [`simulation`] | a case in motion |
+//! | [`model`], [`build`], [`simulation`] | a case in motion |
 //! | [`mod@check`] | what follows from a case before it runs |
 //! | [`mod@run`], [`results`] | a run and what it leaves |
 //! | [`figures`], [`vtk`] | pictures and fields from plain data |
@@ -31,6 +31,7 @@ pub mod figures;
 mod folder;
 mod json_schema;
 mod key_path;
+pub mod model;
 mod overrides;
 mod pictures;
 pub mod registry;
@@ -48,6 +49,7 @@ pub use error::{CaseError, Location, Problem, ProblemKind, did_you_mean};
 pub use figures::FigureError;
 pub use json_schema::{KeyDocumentation, case_schema, key_documentation};
 pub use key_path::{KeyPath, Segment};
+pub use model::Model;
 pub use registry::Registry;
 pub use results::{Outcome, Performance, ResultsError};
 pub use run::{Observer, Progress, RunError, RunOptions, RunSummary, Silent, Wish, read_case, run};

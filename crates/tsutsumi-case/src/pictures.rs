@@ -20,8 +20,8 @@ pub(crate) struct Snapshot {
 impl Snapshot {
     /// The particles as they are now. A 3-D body is cut along its first layer of cells across y.
     pub(crate) fn take<const D: usize>(simulation: &Simulation<D>) -> Self {
-        let particles = simulation.solver().particles();
-        let grid = simulation.solver().grid();
+        let particles = simulation.model().particles();
+        let grid = simulation.model().grid();
         let in_cut = |p: &usize| D < 3 || particles.position[*p][1] <= grid.origin()[1] + grid.spacing()[1];
         let shown: Vec<usize> = (0..particles.len()).filter(in_cut).collect();
         // A 1-D column is drawn one cell height wide.
@@ -36,7 +36,7 @@ impl Snapshot {
             _ => [particles.half_size[p][0], particles.half_size[p][up]],
         };
         Snapshot {
-            time: simulation.solver().time(),
+            time: simulation.model().time(),
             largest: simulation.largest_pressure(),
             position: shown.iter().map(|&p| place(p)).collect(),
             half_size: shown.iter().map(|&p| half(p)).collect(),
@@ -113,7 +113,7 @@ fn pressures(results: &Results, case: &Case) -> LineChart {
 }
 
 fn draw_particles<const D: usize>(case: &Case, simulation: &Simulation<D>, snapshot: &Snapshot) -> ParticleChart {
-    let grid = simulation.solver().grid();
+    let grid = simulation.model().grid();
     let lines = |axis: usize| -> Vec<f64> {
         (0..=grid.cells()[axis]).map(|i| grid.origin()[axis] + i as f64 * grid.spacing()[axis]).collect()
     };

@@ -176,7 +176,7 @@ impl Results {
 
     /// Writes the particles and the grid as they are now.
     pub(crate) fn write_fields<const D: usize>(&mut self, simulation: &Simulation<D>) -> Result<(), ResultsError> {
-        let time = simulation.solver().time();
+        let time = simulation.model().time();
         let number = self.frames;
         let particles = format!("{FIELDS}/particles-{number:06}.vtu");
         let grid = format!("{FIELDS}/grid-{number:06}.vtu");
@@ -208,13 +208,13 @@ fn pad<const D: usize>(vector: &Vector<D>) -> [f64; 3] {
 }
 
 fn write_particles<const D: usize>(path: &Path, time: f64, simulation: &Simulation<D>) -> Result<(), VtkError> {
-    let particles = simulation.solver().particles();
+    let particles = simulation.model().particles();
     let points: Vec<[f64; 3]> = particles.position.iter().map(pad).collect();
     let displacement: Vec<[f64; 3]> = (0..particles.len()).map(|p| pad(&simulation.displacement(p))).collect();
     let velocity: Vec<[f64; 3]> = particles.velocity.iter().map(pad).collect();
     let stress: Vec<[f64; 6]> = particles.stress.iter().map(|s| [s.xx, s.yy, s.zz, s.xy, s.yz, s.zx]).collect();
     let mut body = vec![0.0; particles.len()];
-    for (number, group) in simulation.solver().groups().iter().enumerate() {
+    for (number, group) in simulation.model().groups().iter().enumerate() {
         body[group.particles()].fill(number as f64);
     }
     let mut fields = vec![
@@ -233,9 +233,9 @@ fn write_particles<const D: usize>(path: &Path, time: f64, simulation: &Simulati
 
 /// The laws' own output quantities, NaN where a particle's law has no such quantity.
 fn law_outputs<const D: usize>(simulation: &Simulation<D>) -> Vec<(&'static str, Vec<f64>)> {
-    let particles = simulation.solver().particles();
+    let particles = simulation.model().particles();
     let mut columns: Vec<(&'static str, Vec<f64>)> = Vec::new();
-    for group in simulation.solver().groups() {
+    for group in simulation.model().groups() {
         let names = group.outputs();
         let mut values = vec![0.0; names.len()];
         for (i, p) in group.particles().enumerate() {
@@ -256,7 +256,7 @@ fn law_outputs<const D: usize>(simulation: &Simulation<D>) -> Vec<(&'static str,
 }
 
 fn write_grid<const D: usize>(path: &Path, time: f64, simulation: &Simulation<D>) -> Result<(), VtkError> {
-    let solver = simulation.solver();
+    let solver = simulation.model();
     let grid: &Grid<D> = solver.grid();
     let lattice = Lattice { dimension: D, origin: pad(&grid.origin()), spacing: pad(&grid.spacing()) };
     let active = solver.active().cells();

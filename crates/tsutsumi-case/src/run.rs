@@ -3,13 +3,11 @@
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
-use tsutsumi::solver::Solver;
-
 use crate::build::build;
 use crate::pictures::{Snapshot, draw};
 use crate::results::{Host, Manifest, Outcome, Performance, Results, ResultsError};
 use crate::simulation::Simulation;
-use crate::{Case, CaseError, CaseSource, Registry, Step};
+use crate::{Case, CaseError, CaseSource, Model, Registry, Step};
 
 /// How a case is to be run.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -128,7 +126,7 @@ fn run_in<const D: usize>(
 ) -> Result<RunSummary, RunError> {
     let simulation = build::<D>(source, case, registry)?;
     if !options.allow_unstable {
-        refuse_unstable(source, case, simulation.solver())?;
+        refuse_unstable(source, case, simulation.model())?;
     }
     let results = Results::create(source, options.out.as_deref(), options.force, simulation.reading_names())?;
     let started_unix_s = SystemTime::now().duration_since(UNIX_EPOCH).map_or(0, |since| since.as_secs());
@@ -152,8 +150,12 @@ fn run_in<const D: usize>(
 ///
 /// # Errors
 /// An error at `time.step` that names the limit and what governs it.
-pub fn refuse_unstable<const D: usize>(source: &CaseSource, case: &Case, solver: &Solver<D>) -> Result<(), CaseError> {
-    let limits = solver.step_limits();
+pub fn refuse_unstable<const D: usize>(
+    source: &CaseSource,
+    case: &Case,
+    model: &dyn Model<D>,
+) -> Result<(), CaseError> {
+    let Some(limits) = model.step_limits() else { return Ok(()) };
     match case.time.step {
         Step::Seconds(step) if step > limits.longest() => Err(source.invalid(
             "time.step",
@@ -189,18 +191,20 @@ pub(crate) struct Steps {
 
 impl Steps {
     /// The steps up to `target` (s). With `auto` they divide the interval; a fixed step overshoots by less than one.
-    pub(crate) fn up_to<const D: usize>(target: f64, case: &Case, solver: &Solver<D>) -> Steps {
+    pub(crate) fn up_to<const D: usize>(target: f64, case: &Case, model: &dyn Model<D>) -> Steps {
         // A count that is whole but for rounding is whole.
         let whole = |count: f64| (count - 1e-9 * count.max(1.0)).ceil().max(0.0);
         match case.time.step {
-            Step::Seconds(dt) => Steps { count: (whole(target / dt) as u64).saturating_sub(solver.steps()), dt },
+            Step::Seconds(dt) => Steps { count: (whole(target / dt) as u64).saturating_sub(model.steps()), dt },
             Step::Auto => {
-                let interval = target - solver.time();
+                let interval = target - model.time();
                 // What rounding leaves of an interval is no interval.
                 if interval <= 1e-12 * target {
                     return Steps { count: 0, dt: interval };
                 }
-                let count = whole(interval / (case.time.safety * solver.step_limits().accurate())).max(1.0);
+                // Where any step is stable, the output says how fine the time has to be.
+                let accurate = model.step_limits().map_or(case.output.every, |limits| limits.accurate());
+                let count = whole(interval / (case.time.safety * accurate)).max(1.0);
                 Steps { count: count as u64, dt: interval / count }
             }
         }
@@ -225,7 +229,7 @@ impl<const D: usize> Run<'_, D> {
     fn complete(mut self, observer: &mut dyn Observer) -> Result<RunSummary, ResultsError> {
         self.write_output(true)?;
         self.write_manifest(&Outcome::Running)?;
-        let first = Steps::up_to(self.output_time(1), self.case, self.simulation.solver());
+        let first = Steps::up_to(self.output_time(1), self.case, self.simulation.model());
         observer.started(self.results.folder(), &self.progress(first.dt));
         let outcome = self.run_outputs(observer)?;
         self.write_manifest(&outcome)?;
@@ -236,7 +240,7 @@ impl<const D: usize> Run<'_, D> {
         Ok(RunSummary {
             folder: self.results.folder().to_owned(),
             outcome,
-            time: self.simulation.solver().time(),
+            time: self.simulation.model().time(),
             performance: self.performance(),
         })
     }
@@ -271,15 +275,15 @@ impl<const D: usize> Run<'_, D> {
         let started = Instant::now();
         let mut outcome = None;
         while outcome.is_none() {
-            let steps = Steps::up_to(target, self.case, self.simulation.solver());
-            let cells = self.simulation.solver().active().generation();
+            let steps = Steps::up_to(target, self.case, self.simulation.model());
+            let cells = self.simulation.model().active().generation();
             if steps.count == 0 {
                 break;
             }
             for _ in 0..steps.count {
                 outcome = self.step(steps.dt, observer);
                 // An automatic step is chosen anew when the surface has moved into other cells.
-                let moved = cells != self.simulation.solver().active().generation();
+                let moved = cells != self.simulation.model().active().generation();
                 if outcome.is_some() || (moved && self.case.time.step == Step::Auto) {
                     break;
                 }
@@ -291,23 +295,23 @@ impl<const D: usize> Run<'_, D> {
 
     /// One step, and now and then a word with the observer.
     fn step(&mut self, dt: f64, observer: &mut dyn Observer) -> Option<Outcome> {
-        match self.simulation.solver_mut().step(dt) {
+        match self.simulation.model_mut().step(dt) {
             Ok(report) => self.iterations += report.pressure.iterations as u64,
             Err(error) => return Some(Outcome::Failed(error.to_string())),
         }
-        let is_time = self.pace.is_time(self.simulation.solver().steps());
+        let is_time = self.pace.is_time(self.simulation.model().steps());
         (is_time && observer.advanced(&self.progress(dt)) == Wish::Stop).then_some(Outcome::Interrupted)
     }
 
     /// Says once when a fixed step has become longer than the stable limit because the body has changed.
     fn watch_limit(&mut self, observer: &mut dyn Observer) {
         let Step::Seconds(dt) = self.case.time.step else { return };
-        let limits = self.simulation.solver().step_limits();
+        let Some(limits) = self.simulation.model().step_limits() else { return };
         if dt > limits.longest() && !self.beyond_limit {
             self.beyond_limit = true;
             observer.warned(&format!(
                 "from t = {} s on the step of {dt} s is longer than the stable limit of {} s ({})",
-                significant(self.simulation.solver().time()),
+                significant(self.simulation.model().time()),
                 significant(limits.longest()),
                 limits.governing
             ));
@@ -315,8 +319,8 @@ impl<const D: usize> Run<'_, D> {
     }
 
     fn progress(&self, dt: f64) -> Progress {
-        let solver = self.simulation.solver();
-        Progress { time: solver.time(), end: self.case.time.end, steps: solver.steps(), dt }
+        let model = self.simulation.model();
+        Progress { time: model.time(), end: self.case.time.end, steps: model.steps(), dt }
     }
 
     /// Appends to the history and, if asked, writes the fields.
@@ -337,15 +341,15 @@ impl<const D: usize> Run<'_, D> {
     }
 
     fn performance(&self) -> Performance {
-        let steps = self.simulation.solver().steps();
+        let steps = self.simulation.model().steps();
         let wall_s = self.loop_time.as_secs_f64();
-        let particle_steps = steps as f64 * self.simulation.solver().particles().len() as f64;
+        let particle_steps = steps as f64 * self.simulation.model().particles().len() as f64;
         let particle_steps_per_s = if wall_s > 0.0 { particle_steps / wall_s } else { 0.0 };
         Performance { steps, wall_s, particle_steps_per_s, pressure_iterations: self.iterations }
     }
 
     fn write_manifest(&self, outcome: &Outcome) -> Result<(), ResultsError> {
-        let solver = self.simulation.solver();
+        let model = self.simulation.model();
         self.results.write_manifest(&Manifest {
             program: "tsutsumi",
             version: env!("CARGO_PKG_VERSION"),
@@ -355,10 +359,10 @@ impl<const D: usize> Run<'_, D> {
             host: Host::this(),
             started_unix_s: self.started_unix_s,
             dimension: D,
-            particles: solver.particles().len(),
-            cells: solver.grid().num_cells(),
+            particles: model.particles().len(),
+            cells: model.grid().num_cells(),
             outcome: outcome.clone(),
-            time: solver.time(),
+            time: model.time(),
             balances: self.simulation.balances(),
             performance: self.performance(),
         })

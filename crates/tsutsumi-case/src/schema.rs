@@ -99,6 +99,9 @@ pub enum Step {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Method {
+    /// What carries the soil skeleton. `shape`, `velocity_update`, `pressure_quadrature` and `particles_per_cell` mean
+    /// nothing to finite elements.
+    pub solver: SolverKind,
     /// Shape function of the grid.
     pub shape: String,
     /// How particle velocities follow the grid: `"mpm1"` by the nodal acceleration, `"mpm2"` by the nodal velocity.
@@ -109,6 +112,18 @@ pub struct Method {
     pub newmark: Newmark,
     /// Whether the acceleration of the mixture enters Darcy's law.
     pub fluid_inertia: bool,
+}
+
+/// What carries the soil skeleton.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum SolverKind {
+    /// Material points that move through the grid.
+    #[default]
+    Mpm,
+    /// Finite elements fixed to the body, the paper's reference: every cell that a body fills is an element. Implicit in time;
+    /// for small displacements and boxes between grid lines.
+    Fem,
 }
 
 /// Where the volume and storage of a pressure cell are taken from.
@@ -126,12 +141,12 @@ pub enum PressureQuadrature {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Newmark {
-    /// Weight of the new acceleration in Newmark's displacement, in [0, 0.5]. It is given in the paper but enters none of its
-    /// equations: particles move with the velocity. It changes nothing.
-    #[schemars(range(min = 0, max = 0.5))]
+    /// Weight of the new acceleration in Newmark's displacement, in [0, 1]. It is given in the paper but enters none of its
+    /// equations: particles move with the velocity, and it changes nothing. Finite elements use it.
+    #[schemars(range(min = 0, max = 1))]
     pub beta: f64,
-    /// Weight of the new acceleration in the velocity; only 1 is supported.
-    #[schemars(range(min = 1, max = 1))]
+    /// Weight of the new acceleration in the velocity: 1 for material points, from 0.5 to 1 for finite elements.
+    #[schemars(range(min = 0.5, max = 1))]
     pub gamma: f64,
 }
 
@@ -449,6 +464,7 @@ impl Output {
 impl Default for Method {
     fn default() -> Self {
         Self {
+            solver: SolverKind::default(),
             shape: "linear".to_owned(),
             velocity_update: "mpm1".to_owned(),
             pressure_quadrature: PressureQuadrature::default(),

@@ -1,13 +1,12 @@
-//! A case in motion: the solver, and what is read off it.
+//! A case in motion: the model, and what is read off it.
 
-use tsutsumi::solver::Solver;
 use tsutsumi::tensor::Vector;
 
-use crate::{Body, BodyShape, Case};
+use crate::{Body, BodyShape, Case, Model};
 
-/// A solver with the readings that a case asks for.
+/// A model with the readings that a case asks for.
 pub struct Simulation<const D: usize> {
-    solver: Solver<D>,
+    model: Box<dyn Model<D>>,
     probes: Vec<ProbeAt<D>>,
     /// The particles whose fall is the settlement.
     top: Vec<usize>,
@@ -45,31 +44,31 @@ pub struct Balances {
 }
 
 impl<const D: usize> Simulation<D> {
-    pub(crate) fn new(solver: Solver<D>, probes: Vec<ProbeAt<D>>, top: Vec<usize>, case: &Case) -> Self {
-        let particles = solver.particles();
+    pub(crate) fn new(model: Box<dyn Model<D>>, probes: Vec<ProbeAt<D>>, top: Vec<usize>, case: &Case) -> Self {
+        let particles = model.particles();
         let position = particles.position.clone();
         let top_half_height = top.iter().map(|&p| particles.half_size[p][D - 1]).collect();
         let volume = particles.volume.iter().sum();
         let bulk_modulus = case.fluid.as_ref().map(|fluid| fluid.bulk_modulus);
         let mut simulation =
-            Simulation { solver, probes, top, position, top_half_height, volume, water_stored: 0.0, bulk_modulus };
+            Simulation { model, probes, top, position, top_half_height, volume, water_stored: 0.0, bulk_modulus };
         simulation.water_stored = simulation.water_compressed_by_pressure();
         simulation
     }
 
-    /// The solver.
-    pub fn solver(&self) -> &Solver<D> {
-        &self.solver
+    /// The model.
+    pub fn model(&self) -> &dyn Model<D> {
+        &*self.model
     }
 
-    /// The solver, to advance it.
-    pub fn solver_mut(&mut self) -> &mut Solver<D> {
-        &mut self.solver
+    /// The model, to advance it.
+    pub fn model_mut(&mut self) -> &mut dyn Model<D> {
+        &mut *self.model
     }
 
     /// The displacement of a particle since the start (m).
     pub fn displacement(&self, particle: usize) -> Vector<D> {
-        self.solver.particles().position[particle] - self.position[particle]
+        self.model.particles().position[particle] - self.position[particle]
     }
 
     /// The names of the readings, in the order of [`Simulation::readings`].
@@ -94,8 +93,8 @@ impl<const D: usize> Simulation<D> {
 
     /// The readings now, in SI units. A pressure where there is no ground any more is NaN.
     pub fn readings(&self) -> Vec<f64> {
-        let particles = self.solver.particles();
-        let mut row = vec![self.solver.time(), self.solver.steps() as f64];
+        let particles = self.model.particles();
+        let mut row = vec![self.model.time(), self.model.steps() as f64];
         for probe in &self.probes {
             row.extend(probe.pressure_at.map(|point| self.pressure_at(&point)));
             if let Some(p) = probe.particle {
@@ -106,22 +105,22 @@ impl<const D: usize> Simulation<D> {
         row.push(self.settlement_of_particles());
         row.push(self.settlement_of_surface());
         row.push(particles.kinetic_energy());
-        row.push(self.solver.strain_energy());
-        row.push(self.solver.outflow());
+        row.push(self.model.strain_energy());
+        row.push(self.model.outflow());
         row
     }
 
     /// The pressure of the cell that holds a point (Pa): that of the cell's centre.
     pub fn pressure_at(&self, point: &Vector<D>) -> f64 {
-        let cell = self.solver.grid().cell_at(point);
-        let active = cell.filter(|&cell| self.solver.active().slot(cell).is_some());
-        active.map_or(f64::NAN, |cell| self.solver.cells().pressure[cell])
+        let cell = self.model.grid().cell_at(point);
+        let active = cell.filter(|&cell| self.model.active().slot(cell).is_some());
+        active.map_or(f64::NAN, |cell| self.model.cells().pressure[cell])
     }
 
     /// The largest pressure of an active cell (Pa); 0 in dry ground.
     pub fn largest_pressure(&self) -> f64 {
-        let pressure = &self.solver.cells().pressure;
-        self.solver.active().cells().iter().map(|&cell| pressure[cell as usize]).fold(0.0, f64::max)
+        let pressure = &self.model.cells().pressure;
+        self.model.active().cells().iter().map(|&cell| pressure[cell as usize]).fold(0.0, f64::max)
     }
 
     /// The mean fall of the top particles (m): the paper's displacement of a mass.
@@ -132,16 +131,16 @@ impl<const D: usize> Simulation<D> {
 
     /// The mean fall of the top particles' upper faces (m): the settlement of the true surface.
     pub fn settlement_of_surface(&self) -> f64 {
-        let half_size = &self.solver.particles().half_size;
+        let half_size = &self.model.particles().half_size;
         let thinned: f64 = self.top.iter().zip(&self.top_half_height).map(|(&p, old)| old - half_size[p][D - 1]).sum();
         self.settlement_of_particles() + thinned / self.top.len() as f64
     }
 
     /// What must balance.
     pub fn balances(&self) -> Balances {
-        let particles = self.solver.particles();
+        let particles = self.model.particles();
         let volume_lost = self.volume - particles.volume.iter().sum::<f64>();
-        let outflow = self.solver.outflow();
+        let outflow = self.model.outflow();
         let water_compressed = self.water_compressed_by_pressure() - self.water_stored;
         let mass = particles.mass.iter().sum();
         Balances { mass, volume_lost, outflow, water_compressed, water_error: volume_lost - outflow - water_compressed }
@@ -149,7 +148,7 @@ impl<const D: usize> Simulation<D> {
 
     /// Σ n V p_w / K^f (m³).
     fn water_compressed_by_pressure(&self) -> f64 {
-        let particles = self.solver.particles();
+        let particles = self.model.particles();
         let Some(bulk_modulus) = self.bulk_modulus else {
             return 0.0;
         };

@@ -210,14 +210,27 @@ impl<'a> Checks<'a> {
 
     fn method(&mut self) {
         let Newmark { beta, gamma } = self.case.method.newmark;
-        if !(0.0..=0.5).contains(&beta) {
-            let message = format!("`method.newmark.beta` must be between 0 and 0.5, not {}", number(beta));
+        if !(0.0..=1.0).contains(&beta) {
+            let message = format!("`method.newmark.beta` must be between 0 and 1, not {}", number(beta));
             self.report("method.newmark.beta", message, "the paper takes 0.5");
         }
-        if gamma != 1.0 {
+        if self.case.method.solver == SolverKind::Fem {
+            self.finite_elements(beta, gamma);
+        } else if gamma != 1.0 {
             let message = format!("`method.newmark.gamma` must be 1, not {}", number(gamma));
             let help = "any other value needs the acceleration at the beginning of the step, which material points do not carry";
             self.report("method.newmark.gamma", message, help);
+        }
+    }
+
+    fn finite_elements(&mut self, beta: f64, gamma: f64) {
+        if !(0.5..=1.0).contains(&gamma) {
+            let message = format!("`method.newmark.gamma` must be between 0.5 and 1, not {}", number(gamma));
+            self.report("method.newmark.gamma", message, "the paper takes 1");
+        } else if 2.0 * beta < gamma {
+            let message =
+                format!("`method.newmark.beta` = {} is unstable with gamma = {}", number(beta), number(gamma));
+            self.report("method.newmark.beta", message, "finite elements need 2 beta >= gamma");
         }
     }
 

@@ -21,7 +21,7 @@ use tsutsumi::particles::{OutsideGrid, Particles};
 use tsutsumi::pressure::{Fluid, PressureReport};
 use tsutsumi::shape::Linear;
 use tsutsumi::solver::{Clock, StepReport};
-use tsutsumi::tensor::{Matrix6, Sym3, Vector, embed, volume_ratio};
+use tsutsumi::tensor::{Matrix6, Sym3, Vector, embed};
 use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::Gathered;
 
@@ -443,9 +443,10 @@ impl<const D: usize> FiniteElements<D> {
         for (p, at) in at_points.iter().enumerate() {
             moved.position[p] += at.velocity;
             moved.velocity[p] = velocities[p].velocity;
-            moved.volume[p] *= volume_ratio(&at.velocity_gradient);
+            // Gradients on the mesh, which keeps its shape: lengths and volumes grow by shares of what they were.
+            moved.volume[p] += points.volume[p] * at.velocity_gradient.trace();
             for axis in 0..D {
-                moved.half_size[p][axis] *= 1.0 + at.velocity_gradient[(axis, axis)];
+                moved.half_size[p][axis] += points.half_size[p][axis] * at.velocity_gradient[(axis, axis)];
             }
         }
         moved.stress.clone_from(&points.stress);

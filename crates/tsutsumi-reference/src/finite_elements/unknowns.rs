@@ -19,9 +19,9 @@ impl<const D: usize> Unknowns<D> {
         let mut of_node = vec![[HELD; D]; grid.num_nodes()];
         let mut count = 0;
         for &node in active.nodes() {
-            for axis in 0..D {
-                if nodes.mobility[node as usize][axis] > 0.0 {
-                    of_node[node as usize][axis] = count;
+            for (row, mobility) in of_node[node as usize].iter_mut().zip(&nodes.mobility[node as usize]) {
+                if *mobility > 0.0 {
+                    *row = count;
                     count += 1;
                 }
             }
@@ -54,9 +54,9 @@ impl<const D: usize> Unknowns<D> {
     /// Adds nodal forces to the rows of the displacements.
     pub(super) fn gather_forces(&self, active: &ActiveSet, force: &[Vector<D>], residual: &mut [f64]) {
         for &node in active.nodes() {
-            for axis in 0..D {
+            for (axis, component) in force[node as usize].iter().enumerate() {
                 if let Some(row) = self.of_node(node as usize, axis) {
-                    residual[row] += force[node as usize][axis];
+                    residual[row] += component;
                 }
             }
         }
@@ -76,9 +76,9 @@ impl<const D: usize> Unknowns<D> {
         pressure: &mut [f64],
     ) {
         for &node in active.nodes() {
-            for axis in 0..D {
+            for (axis, component) in displacement[node as usize].iter_mut().enumerate() {
                 if let Some(row) = self.of_node(node as usize, axis) {
-                    displacement[node as usize][axis] += solution[row];
+                    *component += solution[row];
                 }
             }
         }

@@ -1,0 +1,117 @@
+//! What moves in a simulation: material points, or the finite elements that they are compared with.
+
+use std::error::Error;
+
+use tsutsumi::grid::{ActiveSet, CellFields, Grid};
+use tsutsumi::law::MaterialGroup;
+use tsutsumi::particles::Particles;
+use tsutsumi::solver::{Solver, StepLimits, StepReport};
+use tsutsumi_reference::finite_elements::FiniteElements;
+
+/// A body that is advanced step by step and can be read.
+pub trait Model<const D: usize> {
+    /// Makes a step of `dt` (s).
+    ///
+    /// # Errors
+    /// The model's own reasons. What can be read is then the last good state.
+    fn step(&mut self, dt: f64) -> Result<StepReport, Box<dyn Error>>;
+
+    /// The time (s).
+    fn time(&self) -> f64;
+
+    /// The number of steps made.
+    fn steps(&self) -> u64;
+
+    /// The limits of the step; `None` where any step is stable.
+    fn step_limits(&self) -> Option<StepLimits>;
+
+    /// The grid, or the mesh.
+    fn grid(&self) -> &Grid<D>;
+
+    /// The cells in use.
+    fn active(&self) -> &ActiveSet;
+
+    /// The material points, or the Gauss points as they have moved.
+    fn particles(&self) -> &Particles<D>;
+
+    /// The cells' pressures.
+    fn cells(&self) -> &CellFields;
+
+    /// The materials.
+    fn groups(&self) -> &[Box<dyn MaterialGroup>];
+
+    /// Work of the effective stress since the start (J).
+    fn strain_energy(&self) -> f64;
+
+    /// Volume of water drained since the start (m³; m² in 2-D, m in 1-D).
+    fn outflow(&self) -> f64;
+}
+
+/// The accessors that both models have under the same name.
+macro_rules! readings {
+    () => {
+        fn time(&self) -> f64 {
+            self.time()
+        }
+
+        fn steps(&self) -> u64 {
+            self.steps()
+        }
+
+        fn grid(&self) -> &Grid<D> {
+            self.grid()
+        }
+
+        fn active(&self) -> &ActiveSet {
+            self.active()
+        }
+
+        fn cells(&self) -> &CellFields {
+            self.cells()
+        }
+
+        fn groups(&self) -> &[Box<dyn MaterialGroup>] {
+            self.groups()
+        }
+
+        fn strain_energy(&self) -> f64 {
+            self.strain_energy()
+        }
+
+        fn outflow(&self) -> f64 {
+            self.outflow()
+        }
+    };
+}
+
+impl<const D: usize> Model<D> for Solver<D> {
+    fn step(&mut self, dt: f64) -> Result<StepReport, Box<dyn Error>> {
+        Ok(self.step(dt)?)
+    }
+
+    fn step_limits(&self) -> Option<StepLimits> {
+        Some(self.step_limits())
+    }
+
+    fn particles(&self) -> &Particles<D> {
+        self.particles()
+    }
+
+    readings!();
+}
+
+impl<const D: usize> Model<D> for FiniteElements<D> {
+    fn step(&mut self, dt: f64) -> Result<StepReport, Box<dyn Error>> {
+        Ok(self.step(dt)?)
+    }
+
+    fn step_limits(&self) -> Option<StepLimits> {
+        None
+    }
+
+    fn particles(&self) -> &Particles<D> {
+        self.points()
+    }
+
+    readings!();
+}
