@@ -52,7 +52,7 @@ mod tests {
     use super::*;
 
     /// Darcy's law through every section: q = −k h dh/dx, integrated by the classical Runge–Kutta rule from the head water
-    /// on; its error on 100 steps is below 1e-9 m.
+    /// on; its error on 100 steps is 1e-7 m, where the surface is steepest.
     #[test]
     fn the_same_water_passes_every_section() {
         let dam = RectangularDam { length: 5.0, head_water: 4.0, tail_water: 1.0, conductivity: 1e-4 };
@@ -66,7 +66,7 @@ mod tests {
             let fourth = slope(height + interval * third);
             height += interval / 6.0 * (first + 2.0 * second + 2.0 * third + fourth);
             let distance = i as f64 * interval;
-            assert!((dam.free_surface(distance) - height).abs() < 1e-6, "{height} at {distance}");
+            assert!((dam.free_surface(distance) - height).abs() < 3e-7, "{height} at {distance}");
         }
     }
 
