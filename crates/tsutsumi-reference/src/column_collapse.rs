@@ -176,12 +176,27 @@ mod tests {
         assert!(ScalingLaw::Lube2005.run_out(2.8) > ScalingLaw::Lube2005.run_out(1.799));
     }
 
-    /// At a = 2 experiments between 1.2 a and 1.8 a, the μ(I) continuum 4.4.
+    /// The published factors, at aspect ratios whose powers are plain: 8^(2/3) = 4, 10^0.7 = 5.01187, 32^(2/5) = 4, 64^(1/6) = 2.
     #[test]
-    fn the_span_at_an_aspect_ratio_of_two() {
-        assert!((ScalingLaw::Lajeunesse2005.run_out(2.0).unwrap() - 3.6).abs() < 1e-14);
-        assert!((ScalingLaw::Lagree2011.run_out(2.0).unwrap() - 4.4).abs() < 1e-14);
-        assert!((ScalingLaw::Lube2005.run_out(1.0).unwrap() - 1.2).abs() < 1e-14);
+    fn the_published_numbers() {
+        let expected = [
+            (ScalingLaw::Lube2005, 1.2, 8.0, 7.6),
+            (ScalingLaw::Lajeunesse2005, 1.8, 8.0, 9.2),
+            (ScalingLaw::Lagree2011, 2.2, 10.0, 19.5463),
+            (ScalingLaw::StaronHinch2005, 2.5, 10.0, 16.2886),
+            (ScalingLaw::Lube2004, 1.24, 4.0, 3.2),
+        ];
+        for (law, of_one, tall, of_tall) in expected {
+            assert!((law.run_out(1.0).unwrap() - of_one).abs() < 1e-14, "{law:?}");
+            assert!((law.run_out(tall).unwrap() - of_tall).abs() < 1e-4, "{law:?}");
+        }
+        assert!((ScalingLaw::Lube2005.height(32.0).unwrap() - 2.6).abs() < 1e-14);
+        assert!((ScalingLaw::Lube2004.height(64.0).unwrap() - 1.76).abs() < 1e-14);
+        assert_eq!(ScalingLaw::Lajeunesse2005.height(0.5), Some(0.5));
+        assert_eq!(ScalingLaw::Lajeunesse2005.height(2.0), None);
+        // A column of 9.81 m collapses in 3.3 s, or in 3 s if it is round.
+        assert!((ColumnShape::Plane.duration(9.81, 9.81) - 3.3).abs() < 1e-14);
+        assert!((ColumnShape::Axisymmetric.duration(9.81, 9.81) - 3.0).abs() < 1e-14);
     }
 
     /// Volume. Deposits of tall columns have hollow flanks, so that a cone of their height and radius, a third of
