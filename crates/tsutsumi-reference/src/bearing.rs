@@ -85,8 +85,8 @@ mod tests {
         assert!((undrained - 5.141_592_653_589_793).abs() < 1e-15);
     }
 
-    /// Upper bound: ground turns on a circle through one edge of the footing, its centre above the other; the best circle gives
-    /// 5.52 c. Lower bound: two stress fields side by side, 4 c. Prandtl's 5.14 c lies between.
+    /// Upper bound: ground turns on a circle through one edge of the footing, its centre above the other; the best
+    /// circle gives 5.52 c. Lower bound: two stress fields side by side, 4 c. Prandtl's 5.14 c lies between.
     #[test]
     fn prandtl_lies_between_simple_bounds() {
         // With θ half the arc's angle and the footing's width B = R sin θ: c 2θ R² = q B²/2.

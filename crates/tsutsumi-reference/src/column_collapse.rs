@@ -5,10 +5,10 @@ use serde::Deserialize;
 
 /// A published set of scaling laws for the collapse of a granular column.
 ///
-/// `a` is the initial height over the initial length (plane) or radius (axisymmetric), `L` that length or radius. These are fits to
-/// experiments and simulations, not exact solutions: at a = 2 the experiments' run-outs span 2.4 to 3.6, and plane simulations
-/// without side walls lie above them. Side walls and the friction of the base explain part of it; do not tune a program to one
-/// of them.
+/// `a` is the initial height over the initial length (plane) or radius (axisymmetric), `L` that length or radius. These
+/// are fits to experiments and simulations, not exact solutions: at a = 2 the experiments' run-outs span 2.4 to 3.6,
+/// and plane simulations without side walls lie above them. Side walls and the friction of the base explain part of it;
+/// do not tune a program to one of them.
 ///
 /// # Equation
 ///
@@ -23,20 +23,22 @@ use serde::Deserialize;
 ///
 /// # Reference
 ///
-/// See each variant, and [`ScalingLaw::run_out_reading`] and [`ScalingLaw::height_reading`] for how the numbers were come by.
+/// See each variant, and [`ScalingLaw::run_out_reading`] and [`ScalingLaw::height_reading`] for how the numbers were
+/// come by.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum ScalingLaw {
     /// Plane, experiments: Lube, Huppert, Sparks & Freundt, Physical Review E 72 (2005) 041301.
     ///
-    /// Run-out and height, taken together, are doubtful: a triangle of this length and height holds a fifth less than the column,
-    /// and hollow flanks would hold still less. The height is the recalled one of the two.
+    /// Run-out and height, taken together, are doubtful: a triangle of this length and height holds a fifth less than
+    /// the column, and hollow flanks would hold still less. The height is the recalled one of the two.
     #[serde(rename = "lube-2005")]
     Lube2005,
     /// Plane, experiments between side walls: Lajeunesse, Monnier & Homsy, Physics of Fluids 17 (2005) 103302.
     #[serde(rename = "lajeunesse-2005")]
     Lajeunesse2005,
-    /// Plane, μ(I) continuum without side walls: Lagrée, Staron & Popinet, Journal of Fluid Mechanics 686 (2011) 378–408.
+    /// Plane, μ(I) continuum without side walls: Lagrée, Staron & Popinet, Journal of Fluid Mechanics 686 (2011)
+    /// 378–408.
     #[serde(rename = "lagree-2011")]
     Lagree2011,
     /// Plane, contact dynamics of discs: Staron & Hinch, Journal of Fluid Mechanics 545 (2005) 1–27.
@@ -50,7 +52,8 @@ pub enum ScalingLaw {
 /// How a number came into this library.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Hash)]
 pub enum Reading {
-    /// Read where another work quotes the source: Lagrée, Staron & Popinet (2011), as quoted in the documentation of a public code.
+    /// Read where another work quotes the source: Lagrée, Staron & Popinet (2011), as quoted in the documentation of a
+    /// public code.
     Quoted,
     /// Recalled, not re-read: look the number up in the source before you publish a comparison with it.
     Recalled,
@@ -160,8 +163,8 @@ impl PowerLaw {
 mod tests {
     use super::*;
 
-    /// The two branches of a fit meet where the source says that one follows the other, within the scatter of such data,
-    /// 15 % (the widest step is that of Lajeunesse et al., 13 %).
+    /// The two branches of a fit meet where the source says that one follows the other, within the scatter of such
+    /// data, 15 % (the widest step is that of Lajeunesse et al., 13 %).
     #[test]
     fn branches_meet_at_their_limits() {
         for law in ScalingLaw::ALL {
@@ -176,7 +179,8 @@ mod tests {
         assert!(ScalingLaw::Lube2005.run_out(2.8) > ScalingLaw::Lube2005.run_out(1.799));
     }
 
-    /// The published factors, at aspect ratios whose powers are plain: 8^(2/3) = 4, 10^0.7 = 5.01187, 32^(2/5) = 4, 64^(1/6) = 2.
+    /// The published factors, at aspect ratios whose powers are plain: 8^(2/3) = 4, 10^0.7 = 5.01187, 32^(2/5) = 4,
+    /// 64^(1/6) = 2.
     #[test]
     fn the_published_numbers() {
         let expected = [
@@ -199,8 +203,8 @@ mod tests {
         assert!((ColumnShape::Axisymmetric.duration(9.81, 9.81) - 3.0).abs() < 1e-14);
     }
 
-    /// Volume. Deposits of tall columns have hollow flanks, so that a cone of their height and radius, a third of
-    /// (1 + Δr/r)² h/r, holds more than the column, a; less than twice as much, as it does for any flank up to the square of
+    /// Volume. Deposits of tall columns have hollow flanks, so that a cone of their height and radius, a third of (1 +
+    /// Δr/r)² h/r, holds more than the column, a; less than twice as much, as it does for any flank up to the square of
     /// the distance (which holds half of the cone).
     #[test]
     fn the_axisymmetric_deposit_holds_the_column() {

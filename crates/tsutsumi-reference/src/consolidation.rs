@@ -7,7 +7,8 @@ use crate::modes::Sum;
 
 /// A layer on an impermeable rigid base, drained and loaded at its top.
 ///
-/// Small strains, linear elastic skeleton, no inertia. With an incompressible fluid set `fluid_compressibility` to zero.
+/// Small strains, linear elastic skeleton, no inertia. With an incompressible fluid set `fluid_compressibility` to
+/// zero.
 ///
 /// # Equation
 ///
@@ -20,7 +21,8 @@ use crate::modes::Sum;
 /// s(z,t) = H/E_oed [q(t) (1 − z/H) − Σ_m b_m/M_m cos(M_m z/H)]
 /// ```
 ///
-/// `z` is the depth below the drained top, `β q` the pressure that an undrained load leaves, `s(0,t)` the settlement of the top.
+/// `z` is the depth below the drained top, `β q` the pressure that an undrained load leaves, `s(0,t)` the settlement of
+/// the top.
 ///
 /// # Reference
 ///
@@ -66,8 +68,8 @@ pub enum Drainage {
 ///
 /// # Equation
 ///
-/// A layer drained at both ends is two layers of half the thickness, back to back, each drained at one end: nothing flows
-/// through the middle.
+/// A layer drained at both ends is two layers of half the thickness, back to back, each drained at one end: nothing
+/// flows through the middle.
 ///
 /// # Reference
 ///
@@ -186,7 +188,8 @@ impl Consolidation {
         }
     }
 
-    /// The degree of consolidation U (–) at a time (s): settlement of the top over its final value; see [`Layer::degree`].
+    /// The degree of consolidation U (–) at a time (s): settlement of the top over its final value; see
+    /// [`Layer::degree`].
     pub fn degree(&self, time: f64) -> f64 {
         self.settlement(time) / self.layer.settlement_final(self.ramp)
     }
@@ -250,8 +253,8 @@ mod tests {
         }
     }
 
-    /// OpenSees 3.7 quadUP (100 elements, Δt 0.1 s) for the same column with n = 0.4, K_f = 2.2 GPa: its stated accuracy
-    /// is 6e-6 of the largest settlement and 2e-5 of the largest pressure.
+    /// OpenSees 3.7 quadUP (100 elements, Δt 0.1 s) for the same column with n = 0.4, K_f = 2.2 GPa: its stated
+    /// accuracy is 6e-6 of the largest settlement and 2e-5 of the largest pressure.
     #[test]
     fn the_ramp_agrees_with_opensees() {
         let layer = Layer { fluid_compressibility: 0.4 / 2.2e9, unit_weight: 9800.0, ..layer(10.0) };

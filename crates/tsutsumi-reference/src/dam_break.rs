@@ -11,12 +11,13 @@ use serde::Deserialize;
 /// h = (2 c_0 − x/t)²/(9 g)        v = ⅔ (c_0 + x/t)        −c_0 t ≤ x ≤ 2 c_0 t        c_0 = √(g h_0)
 /// ```
 ///
-/// `x` is positive away from the water, zero at the dam. Shallow water theory neglects vertical acceleration: the real front starts
-/// more slowly and stays behind, so that 2 √(g h_0) is an upper bound for its speed.
+/// `x` is positive away from the water, zero at the dam. Shallow water theory neglects vertical acceleration: the real
+/// front starts more slowly and stays behind, so that 2 √(g h_0) is an upper bound for its speed.
 ///
 /// # Reference
 ///
-/// Ritter, Zeitschrift des Vereines Deutscher Ingenieure 36 (1892); recalled, and tested against the equations themselves.
+/// Ritter, Zeitschrift des Vereines Deutscher Ingenieure 36 (1892); recalled, and tested against the equations
+/// themselves.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct DamBreak {
@@ -62,9 +63,9 @@ impl DamBreak {
 
 /// Front of a column twice as high as wide (n² = 2, a = 2.25 in): time t √(2g/a) (–), position z/a (–).
 ///
-/// Martin & Moyce, Philosophical Transactions of the Royal Society A 244 (1952) 312–324; taken from the validation data of public
-/// codes, not from the article. Codes disagree on whether time is scaled with √(2g/a) or √(g/a). The experiments start about
-/// 0.05 s late, because of the diaphragm.
+/// Martin & Moyce, Philosophical Transactions of the Royal Society A 244 (1952) 312–324; taken from the validation data
+/// of public codes, not from the article. Codes disagree on whether time is scaled with √(2g/a) or √(g/a). The
+/// experiments start about 0.05 s late, because of the diaphragm.
 pub const MARTIN_MOYCE_FRONT: [(f64, f64); 15] = [
     (0.832, 1.217),
     (1.219, 1.474),
@@ -83,7 +84,8 @@ pub const MARTIN_MOYCE_FRONT: [(f64, f64); 15] = [
     (9.237, 13.970),
 ];
 
-/// Front of the column early on, in finer steps: time t √(2g/a) (–), position z/a (–). Source as of [`MARTIN_MOYCE_FRONT`].
+/// Front of the column early on, in finer steps: time t √(2g/a) (–), position z/a (–). Source as of
+/// [`MARTIN_MOYCE_FRONT`].
 pub const MARTIN_MOYCE_FRONT_EARLY: [(f64, f64); 15] = [
     (0.41, 1.11),
     (0.84, 1.22),
@@ -130,8 +132,8 @@ mod tests {
 
     const DAM: DamBreak = DamBreak { depth: 1.5, gravity: 9.81 };
 
-    /// h_t + (h v)_x = 0 and v_t + v v_x + g h_x = 0 by central differences, whose error and rounding stay below 1e-7 of the
-    /// terms, which are of order one to ten.
+    /// h_t + (h v)_x = 0 and v_t + v v_x + g h_x = 0 by central differences, whose error and rounding stay below 1e-7
+    /// of the terms, which are of order one to ten.
     #[test]
     fn it_solves_the_shallow_water_equations() {
         let step = 1e-4;
@@ -172,8 +174,8 @@ mod tests {
         assert!(MARTIN_MOYCE_HEIGHT.is_sorted_by(|a, b| a.0 < b.0 && a.1 > b.1));
     }
 
-    /// The two series of the front are of one experiment in one scale of time: interpolated in the coarse one, the fine one
-    /// stays within a tenth of the column's width (with the other scale it would be off by its own size).
+    /// The two series of the front are of one experiment in one scale of time: interpolated in the coarse one, the fine
+    /// one stays within a tenth of the column's width (with the other scale it would be off by its own size).
     #[test]
     fn the_two_series_of_the_front_agree() {
         let mut num_compared = 0;

@@ -7,8 +7,8 @@ use serde::Deserialize;
 
 /// A laterally confined elastic column on a rigid base, at rest, dry or filled with water up to its top.
 ///
-/// Small strains; all excess pore pressure is gone, and the load is carried by the skeleton. The column was free of stress
-/// and unstrained before gravity and load.
+/// Small strains; all excess pore pressure is gone, and the load is carried by the skeleton. The column was free of
+/// stress and unstrained before gravity and load.
 ///
 /// # Equation
 ///
@@ -75,7 +75,8 @@ pub enum BarEnds {
 pub struct VibratingBar {
     /// Length L (m).
     pub length: f64,
-    /// Stiffness E against stretching (Pa): Young's modulus of a slender bar, the oedometric modulus of a confined column.
+    /// Stiffness E against stretching (Pa): Young's modulus of a slender bar, the oedometric modulus of a confined
+    /// column.
     pub modulus: f64,
     /// Density ρ (kg/m³).
     pub density: f64,
@@ -122,8 +123,8 @@ impl ElasticColumn {
 
     /// The natural frequency (Hz) of the column's first mode of compression, √(E_oed/ρ)/(4 H).
     ///
-    /// For a dry column; with water, the skeleton's stiffness alone with the mass of all, which is the limit of water that
-    /// neither carries pressure nor moves against the skeleton.
+    /// For a dry column; with water, the skeleton's stiffness alone with the mass of all, which is the limit of water
+    /// that neither carries pressure nor moves against the skeleton.
     pub fn natural_frequency(&self) -> f64 {
         (self.oedometric_modulus() / self.density).sqrt() / (4.0 * self.height)
     }
@@ -214,8 +215,8 @@ mod tests {
         VibratingBar { length: 25.0, modulus: 100.0, density: 1.0, velocity: 0.1, mode: 2, ends }
     }
 
-    /// The vertical stress from Hooke's law in three dimensions with the horizontal strains held at zero, and the strain
-    /// from the settlement; grains under buoyancy weigh (1 − n)(ρ_s − ρ_f) g.
+    /// The vertical stress from Hooke's law in three dimensions with the horizontal strains held at zero, and the
+    /// strain from the settlement; grains under buoyancy weigh (1 − n)(ρ_s − ρ_f) g.
     #[test]
     fn stresses_obey_hookes_law_and_carry_the_grains() {
         let column = column();
@@ -233,8 +234,8 @@ mod tests {
         assert_eq!(column.settlement(2.0), 0.0);
     }
 
-    /// The frequency of a chain of 400 masses and springs, by Rayleigh's quotient after inverse iteration. The chain with
-    /// half a mass at its end is second order: 1 − (π/2/400)²/24 of the exact frequency, 6e-7.
+    /// The frequency of a chain of 400 masses and springs, by Rayleigh's quotient after inverse iteration. The chain
+    /// with half a mass at its end is second order: 1 − (π/2/400)²/24 of the exact frequency, 6e-7.
     #[test]
     fn the_first_frequency_is_that_of_a_chain_of_springs() {
         let column = column();
@@ -270,7 +271,8 @@ mod tests {
         assert!((bar.frequency() / frequency - 1.0).abs() < 1e-6);
     }
 
-    /// ρ ∂v/∂t = ∂σ/∂x, σ = E ∂u/∂x and v = ∂u/∂t by central differences, whose error is (β Δx)²/6 = 1e-7 of the amplitudes.
+    /// ρ ∂v/∂t = ∂σ/∂x, σ = E ∂u/∂x and v = ∂u/∂t by central differences, whose error is (β Δx)²/6 = 1e-7 of the
+    /// amplitudes.
     #[test]
     fn the_standing_wave_obeys_the_wave_equation() {
         for ends in [BarEnds::FixedFree, BarEnds::FixedFixed] {
@@ -293,8 +295,8 @@ mod tests {
         assert!(bar(BarEnds::FixedFixed).velocity(25.0, 1.0).abs() < 1e-15);
     }
 
-    /// Energies and mean velocity are integrals over the bar: midpoint rule on 2000 intervals, exact for whole half waves'
-    /// squares and to 3e-6 for the mean velocity.
+    /// Energies and mean velocity are integrals over the bar: midpoint rule on 2000 intervals, exact for whole half
+    /// waves' squares and to 3e-6 for the mean velocity.
     #[test]
     fn energies_and_mean_velocity_are_integrals_over_the_bar() {
         for ends in [BarEnds::FixedFree, BarEnds::FixedFixed] {

@@ -11,8 +11,8 @@ const RULE: [(f64, f64); 5] = [
 
 /// The integral of a function from zero to `end`, on `num_panels` panels that halve towards zero.
 ///
-/// Exact to rounding for a function that is smooth on a panel of its own length, whatever its scale near zero, as long as
-/// that scale is not much below `end / 2^num_panels`.
+/// Exact to rounding for a function that is smooth on a panel of its own length, whatever its scale near zero, as long
+/// as that scale is not much below `end / 2^num_panels`.
 pub(crate) fn integrate_graded(end: f64, num_panels: usize, function: impl Fn(f64) -> f64) -> f64 {
     let mut sum = 0.0;
     let mut right = end;

@@ -8,8 +8,8 @@ use crate::gauss_legendre::integrate_graded;
 
 /// A layer that is compressed by a large part of its thickness, under a load put on at once.
 ///
-/// The skeleton is elastic in logarithmic strain, its conductivity falls with the square of its stretch, fluid and grains
-/// are incompressible, and there is no inertia.
+/// The skeleton is elastic in logarithmic strain, its conductivity falls with the square of its stretch, fluid and
+/// grains are incompressible, and there is no inertia.
 ///
 /// # Equation
 ///
@@ -21,12 +21,13 @@ use crate::gauss_legendre::integrate_graded;
 /// F = Σ 2/M sin(M a/H) e^(−M² T)                           M = (m + ½) π        drained at the top
 /// ```
 ///
-/// `a` is the depth that a point had before loading, `J` the stretch since then, `F` Terzaghi's p_w/q (drained at both ends:
-/// with a/H → 2a/H and T → 4T). With k = k_0 J² the excess pressure u obeys ∂J/∂t = c_v0 ∂²J/∂a², which is linear.
+/// `a` is the depth that a point had before loading, `J` the stretch since then, `F` Terzaghi's p_w/q (drained at both
+/// ends: with a/H → 2a/H and T → 4T). With k = k_0 J² the excess pressure u obeys ∂J/∂t = c_v0 ∂²J/∂a², which is
+/// linear.
 ///
 /// The load under which the layer stood before, and its weight, set the stress σ'_0 and the void ratio it starts from,
-/// [`Before`]; they have no part in u, J and s, because stress changes and stretches are counted from there. The loss of weight
-/// of a layer whose top sinks below a water table is left out, as in the source.
+/// [`Before`]; they have no part in u, J and s, because stress changes and stretches are counted from there. The loss
+/// of weight of a layer whose top sinks below a water table is left out, as in the source.
 ///
 /// # Reference
 ///
@@ -60,8 +61,8 @@ pub struct LargeStrainLayer {
 ///
 /// # Reference
 ///
-/// Xie & Leo (2004), as implemented in geotecha. The same law, d(1 + e)/(1 + e) = dσ'/M_0, under the buoyant weight per depth
-/// γ_w (G_s − 1)/(1 + e).
+/// Xie & Leo (2004), as implemented in geotecha. The same law, d(1 + e)/(1 + e) = dσ'/M_0, under the buoyant weight per
+/// depth γ_w (G_s − 1)/(1 + e).
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Before {
@@ -106,7 +107,8 @@ impl LargeStrainLayer {
         if time <= 0.0 {
             return 0.0;
         }
-        // From a drained end to where nothing flows; the other half of a layer drained at both ends is its mirror image.
+        // From a drained end to where nothing flows; the other half of a layer drained at both ends is its mirror
+        // image.
         let length = match self.drainage {
             Drainage::Top => self.height,
             Drainage::TopAndBase => 0.5 * self.height,
@@ -126,7 +128,8 @@ impl LargeStrainLayer {
         -(-self.load / self.modulus).exp_m1()
     }
 
-    /// Terzaghi's problem behind this one, under a unit load: its pressure is F, its settlement H/M_0 [1 − a/H − ∫F da/H].
+    /// Terzaghi's problem behind this one, under a unit load: its pressure is F, its settlement H/M_0 [1 − a/H − ∫F
+    /// da/H].
     fn linear(&self) -> Consolidation {
         let layer = Layer {
             height: self.height,
@@ -226,7 +229,8 @@ mod tests {
         assert_curve(by_pressure, |time| layer.degree_by_pressure(time));
     }
 
-    /// Time (s), depth (m), excess pressure (kPa), stretch, settlement (m), by an independent program in double precision.
+    /// Time (s), depth (m), excess pressure (kPa), stretch, settlement (m), by an independent program in double
+    /// precision.
     const PROFILES: [(f64, f64, f64, f64, f64); 12] = [
         (10000000.0, 0.0, 0.0, 0.6703200460356393, 0.18600199593119607),
         (10000000.0, 0.5, 56.98196108326059, 0.8419184217914999, 0.06581771097980967),
@@ -246,7 +250,8 @@ mod tests {
     fn profiles_agree_with_an_independent_program() {
         let layer = layer(Drainage::Top);
         for (time, depth, pressure, stretch, settlement) in PROFILES {
-            // Relative 1e-9, and the independent program's own rounding where it takes the difference of numbers near one.
+            // Relative 1e-9, and the independent program's own rounding where it takes the difference of numbers near
+            // one.
             let close = |value: f64, expected: f64| {
                 assert!((value - expected).abs() <= 1e-9 * expected + 1e-14, "{value} is not {expected}");
             };
@@ -280,8 +285,8 @@ mod tests {
         }
     }
 
-    /// Water that leaves by Darcy's law in the deformed layer, k J²/γ_w · ∂u/∂(a J), is the volume that the layer loses:
-    /// both by differences at a point inside, to the 1e-6 that central differences give here.
+    /// Water that leaves by Darcy's law in the deformed layer, k J²/γ_w · ∂u/∂(a J), is the volume that the layer
+    /// loses: both by differences at a point inside, to the 1e-6 that central differences give here.
     #[test]
     fn the_water_balance_closes_in_the_deformed_layer() {
         let layer = layer(Drainage::Top);
@@ -307,7 +312,8 @@ mod tests {
         assert_eq!(layer.stretch(3.0, 0.0), 1.0);
     }
 
-    /// The weight of what lies above, grain by grain: midpoint sum of γ_w (G_s − 1)/(1 + e) over 1000 slices, error 1e-7.
+    /// The weight of what lies above, grain by grain: midpoint sum of γ_w (G_s − 1)/(1 + e) over 1000 slices, error
+    /// 1e-7.
     #[test]
     fn before_loading_the_layer_carries_its_buoyant_weight() {
         let layer = layer(Drainage::Top);

@@ -1,5 +1,5 @@
-//! What simulations of saturated ground are held against: exact solutions, with equation, validity, source and units, and a
-//! few published measurements.
+//! What simulations of saturated ground are held against: exact solutions, with equation, validity, source and units,
+//! and a few published measurements.
 //!
 //! | module | problem |
 //! |---|---|
@@ -14,8 +14,9 @@
 //! | [`dam_break`] | collapse of a column of water: Ritter's solution, measurements of Martin and Moyce |
 //! | [`column_collapse`] | run-out and height of collapsed columns of grains: published scaling laws |
 //!
-//! Parameters are plain structs that can be read from a file (`serde`) and describe themselves (`schemars`). Their values are
-//! taken as they are: outside the range that a field's documentation gives, results mean nothing or are not numbers.
+//! Parameters are plain structs that can be read from a file (`serde`) and describe themselves (`schemars`). Their
+//! values are taken as they are: outside the range that a field's documentation gives, results mean nothing or are not
+//! numbers.
 
 pub mod bearing;
 mod bessel;

@@ -11,8 +11,9 @@ use serde::Deserialize;
 /// q = k (H_1² − H_2²)/(2 L)        h(x)² = H_1² − (H_1² − H_2²) x/L
 /// ```
 ///
-/// The discharge is exact for vertical faces (Charny), although Dupuit's assumption of horizontal flow is not. The parabola h(x) is
-/// Dupuit's approximation of the free surface: the true one lies above it and leaves the dam above the tail water.
+/// The discharge is exact for vertical faces (Charny), although Dupuit's assumption of horizontal flow is not. The
+/// parabola h(x) is Dupuit's approximation of the free surface: the true one lies above it and leaves the dam above the
+/// tail water.
 ///
 /// # Reference
 ///
@@ -51,8 +52,8 @@ impl RectangularDam {
 mod tests {
     use super::*;
 
-    /// Darcy's law through every section: q = −k h dh/dx, integrated by the classical Runge–Kutta rule from the head water
-    /// on; its error on 100 steps is 1e-7 m, where the surface is steepest.
+    /// Darcy's law through every section: q = −k h dh/dx, integrated by the classical Runge–Kutta rule from the head
+    /// water on; its error on 100 steps is 1e-7 m, where the surface is steepest.
     #[test]
     fn the_same_water_passes_every_section() {
         let dam = RectangularDam { length: 5.0, head_water: 4.0, tail_water: 1.0, conductivity: 1e-4 };

@@ -22,8 +22,8 @@ use crate::modes::Sum;
 /// # Reference
 ///
 /// Del Castillo, Borja & Fávero Neto, "A coupled u–p_w SPH formulation for hydromechanical modeling of retrogressive
-/// landslides", supporting information, section II, eqs. (4)–(8), whose integral (7) is done here: A_n = 2 P H/M_n². The
-/// hydrostatic end follows by superposition. Valid from t > 0 on.
+/// landslides", supporting information, section II, eqs. (4)–(8), whose integral (7) is done here: A_n = 2 P H/M_n².
+/// The hydrostatic end follows by superposition. Valid from t > 0 on.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct SelfWeight {
@@ -50,9 +50,9 @@ pub struct SelfWeight {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
 pub enum EndState {
-    /// Zero (scenario 1): the ground keeps its weight, but Darcy's law has no gravity, and the skeleton ends carrying the
-    /// whole weight. The source says that gravity is no longer imposed once the pressure is there; were the weight itself
-    /// taken away, the pressure would go with it at once.
+    /// Zero (scenario 1): the ground keeps its weight, but Darcy's law has no gravity, and the skeleton ends carrying
+    /// the whole weight. The source says that gravity is no longer imposed once the pressure is there; were the weight
+    /// itself taken away, the pressure would go with it at once.
     Zero,
     /// Hydrostatic, with the water table at the top (scenario 2): the skeleton ends carrying the buoyant weight.
     #[default]
@@ -186,7 +186,8 @@ mod tests {
         }
     }
 
-    /// Settlement is the integral of the effective stress: midpoint rule on 2000 intervals, error below 1e-7 of the top's.
+    /// Settlement is the integral of the effective stress: midpoint rule on 2000 intervals, error below 1e-7 of the
+    /// top's.
     #[test]
     fn settlement_is_the_compression_below_a_point() {
         let layer = layer(EndState::Hydrostatic);

@@ -36,8 +36,8 @@ impl SlidingBlock {
         self.slope_deg > self.friction_angle_deg
     }
 
-    /// The acceleration (m/s², positive down the slope) while the block moves as at time zero, or of a block let go; zero if
-    /// it stays.
+    /// The acceleration (m/s², positive down the slope) while the block moves as at time zero, or of a block let go;
+    /// zero if it stays.
     pub fn acceleration(&self) -> f64 {
         if self.velocity == 0.0 {
             self.acceleration_from_rest()
@@ -46,7 +46,8 @@ impl SlidingBlock {
         }
     }
 
-    /// The time (s) at which a block that moves at time zero comes to a stand, where it stays or turns; none if it never does.
+    /// The time (s) at which a block that moves at time zero comes to a stand, where it stays or turns; none if it
+    /// never does.
     pub fn stopping_time(&self) -> Option<f64> {
         let time = -self.velocity / self.acceleration();
         (time.is_finite() && time > 0.0).then_some(time)
@@ -89,8 +90,8 @@ impl SlidingBlock {
 /// FS = [c' + (γ z − γ_w h_w) cos²β tan φ'] / (γ z sin β cos β)
 /// ```
 ///
-/// `z` is the vertical depth of the plane, `h_w` the vertical height of the water above it; the flow is parallel to the surface,
-/// so that p_w = γ_w h_w cos²β. With h_w = z: c'/(γ z sin β cos β) + (γ − γ_w)/γ · tan φ'/tan β.
+/// `z` is the vertical depth of the plane, `h_w` the vertical height of the water above it; the flow is parallel to the
+/// surface, so that p_w = γ_w h_w cos²β. With h_w = z: c'/(γ z sin β cos β) + (γ − γ_w)/γ · tan φ'/tan β.
 ///
 /// # Reference
 ///
@@ -166,8 +167,8 @@ mod tests {
         }
     }
 
-    /// Explicit Euler steps of the same laws, in which friction acts against the velocity and holds a block at rest; first
-    /// order, so that steps of 1e-4 s leave 1e-3 m.
+    /// Explicit Euler steps of the same laws, in which friction acts against the velocity and holds a block at rest;
+    /// first order, so that steps of 1e-4 s leave 1e-3 m.
     #[test]
     fn stopping_and_turning_agree_with_small_steps() {
         for (angle, start) in [(40.0, 3.0), (40.0, -3.0), (20.0, -3.0)] {
@@ -183,8 +184,9 @@ mod tests {
         }
     }
 
-    /// Forces on a slice of unit width across the page and 1 m along the slope, resolved by components: weight, water thrust
-    /// on the base, and the seepage force of the equivalent buoyant description, which must give the same safety.
+    /// Forces on a slice of unit width across the page and 1 m along the slope, resolved by components: weight, water
+    /// thrust on the base, and the seepage force of the equivalent buoyant description, which must give the same
+    /// safety.
     #[test]
     fn seepage_forces_give_the_same_safety() {
         let slope = InfiniteSlope {

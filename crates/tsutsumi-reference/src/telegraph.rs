@@ -21,12 +21,13 @@ use crate::gauss_legendre::integrate_graded;
 /// ∂u/∂t  = q/(E √a) e^(−κ t) I₀(κ √(t² − a z²))              for t > √a z, before that zero
 /// ```
 ///
-/// `z` is the depth, `u` the displacement of the skeleton downwards, `E` the oedometric modulus; [`Formulation`] gives `E a`.
+/// `z` is the depth, `u` the displacement of the skeleton downwards, `E` the oedometric modulus; [`Formulation`] gives
+/// `E a`.
 ///
 /// # Reference
 ///
-/// De Boer, Ehlers & Liu, Archive of Applied Mechanics 63 (1993) 59–72, for the full formulation; written from the telegraph
-/// equation's fundamental solution, not copied from there.
+/// De Boer, Ehlers & Liu, Archive of Applied Mechanics 63 (1993) 59–72, for the full formulation; written from the
+/// telegraph equation's fundamental solution, not copied from there.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HalfSpace {
@@ -71,8 +72,8 @@ impl HalfSpace {
         if time <= arrival {
             return 0.0;
         }
-        // With σ = √(τ² − a z²) as variable the front is at σ = 0, and the square root leaves the argument of I₀. Halving
-        // the panels forty times reaches every scale: that of the arrival and that of the damping.
+        // With σ = √(τ² − a z²) as variable the front is at σ = 0, and the square root leaves the argument of I₀.
+        // Halving the panels forty times reaches every scale: that of the arrival and that of the damping.
         let end = front_distance(time, arrival);
         let velocity = |sigma: f64| {
             let tau = sigma.hypot(arrival);
@@ -149,8 +150,8 @@ mod tests {
         assert!((column(Formulation::Up).consolidation_coefficient() - 22.766).abs() < 5e-4);
     }
 
-    /// Time (s), depth (m), displacement (mm) by the full formulation and by u–p, from another program's quadrature, to five
-    /// decimals.
+    /// Time (s), depth (m), displacement (mm) by the full formulation and by u–p, from another program's quadrature, to
+    /// five decimals.
     const TABLE: [(f64, f64, f64, f64); 15] = [
         (0.005, 0.0, 0.04236, 0.04928),
         (0.01, 0.0, 0.06653, 0.07105),
@@ -207,8 +208,8 @@ mod tests {
         }
     }
 
-    /// Late, inertia is forgotten, and the top settles as a drained half-space does: u = 2 q/E √(c_v t/π). The first term
-    /// left out is 1/(8 κ t) = 1.7e-7 of it here.
+    /// Late, inertia is forgotten, and the top settles as a drained half-space does: u = 2 q/E √(c_v t/π). The first
+    /// term left out is 1/(8 κ t) = 1.7e-7 of it here.
     #[test]
     fn late_settlement_is_diffusion() {
         let column = column(Formulation::Up);
@@ -229,8 +230,8 @@ mod tests {
         assert!((column.velocity(depth, time) * column.modulus / speed / 3000.0 - 1.0).abs() < 1e-8);
     }
 
-    /// The momentum below a depth changes by the effective stress there and the drag below: at the top, where the stress
-    /// is the load, q = E a d/dt ∫ v dz + (γ_w/k) ∫ v dz. Simpson in z on the part that moves; error 1e-9.
+    /// The momentum below a depth changes by the effective stress there and the drag below: at the top, where the
+    /// stress is the load, q = E a d/dt ∫ v dz + (γ_w/k) ∫ v dz. Simpson in z on the part that moves; error 1e-9.
     #[test]
     fn momentum_balance_of_the_whole_half_space() {
         let column = column(Formulation::Up);

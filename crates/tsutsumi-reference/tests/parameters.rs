@@ -14,8 +14,8 @@ use tsutsumi_reference::self_weight::{EndState, SelfWeight};
 use tsutsumi_reference::sliding_block::{InfiniteSlope, SlidingBlock};
 use tsutsumi_reference::telegraph::{Formulation, HalfSpace};
 
-/// Every property has a description with its unit in round brackets, unless it is a choice or another struct, and a field too
-/// many is refused by its name.
+/// Every property has a description with its unit in round brackets, unless it is a choice or another struct, and a
+/// field too many is refused by its name.
 fn check<T: DeserializeOwned + JsonSchema>() {
     let name = T::schema_name();
     let schema = schema_for!(T).to_value();
