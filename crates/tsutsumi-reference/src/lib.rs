@@ -6,6 +6,7 @@
 //! | [`mandel`] | a slab squeezed between rigid plates (plane strain): pressure rises before it falls |
 //! | [`cryer`] | a sphere under pressure, drained all around |
 //! | [`de_leeuw`] | a long cylinder under radial pressure, drained all around |
+//! | [`waves`] | steady harmonic loads and smooth load steps on a column with inertia, three models |
 //!
 //! and what they are made of: [`ground`], the parameters of a saturated elastic ground, and [`laplace`], numerical
 //! inversion of the Laplace transform.
@@ -17,3 +18,4 @@ mod drained_body;
 pub mod ground;
 pub mod laplace;
 pub mod mandel;
+pub mod waves;
