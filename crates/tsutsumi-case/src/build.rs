@@ -212,15 +212,18 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
     for support in &case.supports {
         let mut axes = AxisSet::default();
         support.fix.iter().for_each(|&axis| axes.insert(axis as usize));
+        let together = || support.together.iter().map(|&axis| axis as usize);
         if let Some(face) = support.face {
             boundary.fix_side(grid, side(face), axes);
+            together().for_each(|axis| boundary.tie_side(grid, side(face), axis));
         }
         if let Some(BoxShape { min, max }) = &support.region {
             // A node on the border of the region counts, whatever the last bit says.
             let slack = grid.spacing() * 1e-9;
             let (lower, upper): (Vector<D>, Vector<D>) = (vector(min) - slack, vector(max) + slack);
-            boundary
-                .fix(grid, axes, |position| (0..D).all(|axis| (lower[axis]..=upper[axis]).contains(&position[axis])));
+            let holds = |position: Vector<D>| (0..D).all(|axis| (lower[axis]..=upper[axis]).contains(&position[axis]));
+            boundary.fix(grid, axes, holds);
+            together().for_each(|axis| boundary.tie(grid, axis, holds));
         }
     }
     for load in &case.loads {

@@ -253,10 +253,14 @@ pub struct Geostatic {
     pub k0: f64,
 }
 
-/// A roller or fixity: some components of the velocity are zero on a face of the grid or in a region.
+/// A roller, fixity or rigid plate: some components of the velocity are zero, or the same for all nodes, on a face of the
+/// grid or in a region.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{ "required": ["face"] }, { "required": ["region"] }]))]
+#[schemars(extend(
+    "oneOf" = [{ "required": ["face"] }, { "required": ["region"] }],
+    "anyOf" = [{ "required": ["fix"] }, { "required": ["together"] }]
+))]
 pub struct Support {
     /// A face of the grid. Give this or `region`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -264,9 +268,15 @@ pub struct Support {
     /// The nodes in a box. Give this or `face`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<BoxShape>,
-    /// The axes along which nothing moves: `["x"]` on a vertical face is a roller.
+    /// The axes along which nothing moves: `["x"]` on a vertical face is a roller. Give this or `together`, or both.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(min = 1))]
     pub fix: Vec<Axis>,
+    /// The axes along which the nodes with ground move as one, with their common mass: `["y"]` on a horizontal surface is a
+    /// rigid plate, smooth and without mass of its own. The nodes stay in space: the ground must not leave them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(min = 1))]
+    pub together: Vec<Axis>,
 }
 
 /// A face of the grid, or the side of a body that looks the same way.

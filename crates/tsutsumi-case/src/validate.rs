@@ -476,7 +476,21 @@ impl<'a> Checks<'a> {
             if let Some(region) = &support.region {
                 self.region(&key.clone().key("region"), region);
             }
-            self.fixed_axes(&key.clone().key("fix"), &support.fix);
+            self.held_axes(&key, support);
+        }
+    }
+
+    fn held_axes(&mut self, key: &KeyPath, support: &Support) {
+        if support.fix.is_empty() && support.together.is_empty() {
+            let help = "name the axes: fix = [\"x\"], or together = [\"x\"] for a rigid plate";
+            self.report(key.clone(), format!("`{key}` holds nothing"), help);
+        }
+        self.axes(&key.clone().key("fix"), &support.fix);
+        self.axes(&key.clone().key("together"), &support.together);
+        for (index, axis) in support.together.iter().enumerate().filter(|(_, axis)| support.fix.contains(axis)) {
+            let place = key.clone().key("together").index(index);
+            let message = format!("`{place}` is `{}`, which `{key}.fix` holds already", axis.name());
+            self.report(place, message, "nodes that do not move along an axis need not move as one along it");
         }
     }
 
@@ -488,10 +502,7 @@ impl<'a> Checks<'a> {
         }
     }
 
-    fn fixed_axes(&mut self, key: &KeyPath, axes: &[Axis]) {
-        if axes.is_empty() {
-            self.report(key.clone(), format!("`{key}` is empty: nothing is held"), "name the axes: [\"x\"]");
-        }
+    fn axes(&mut self, key: &KeyPath, axes: &[Axis]) {
         for (index, axis) in axes.iter().enumerate().filter(|(_, axis)| axis.index() >= self.case.dimension) {
             let place = key.clone().index(index);
             let known: Vec<_> = Axis::ALL[..self.case.dimension].iter().map(|axis| axis.name()).collect();
