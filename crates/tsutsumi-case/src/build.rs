@@ -9,9 +9,10 @@ use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
 use tsutsumi::solver::{Parts, Solver};
 use tsutsumi::tensor::{Sym3, Vector};
 
+use crate::fill::{PointBox, Region};
 use crate::registry::{MaterialRequest, choose, shapes, velocity_updates};
 use crate::simulation::{ProbeAt, Simulation};
-use crate::{BodyShape, BoxShape, Case, CaseError, CaseSource, Face, KeyPath, PressureQuadrature, Registry};
+use crate::{BoxShape, Case, CaseError, CaseSource, Face, KeyPath, PressureQuadrature, Registry};
 
 /// The most particles that a case may ask for: their numbers are 32 bits wide.
 const MAX_PARTICLES: f64 = u32::MAX as f64;
@@ -38,7 +39,7 @@ pub fn build<const D: usize>(
         groups.push(registry.group(&case.materials[material].law, &request)?);
         bodies.push(body);
     }
-    drain(case, &bodies, &mut particles);
+    drain(case, &grid, &bodies, &mut particles);
     let method = KeyPath::root().key("method");
     let shape = choose(source, method.clone().key("shape"), "shape function", &case.method.shape, shapes())?;
     let name = &case.method.velocity_update;
@@ -51,25 +52,24 @@ pub fn build<const D: usize>(
     Ok(Simulation::new(solver, probes, top, case))
 }
 
-/// The particles of a body: a lattice, x fastest.
+/// The particles of a body: a part of a lattice, x fastest.
 struct Lattice<const D: usize> {
     name: String,
     particles: Range<usize>,
-    counts: [usize; D],
-    size: Vector<D>,
+    region: Region<D>,
+    /// The numbers of the particles along the axes of the lattice.
+    places: Vec<[usize; D]>,
 }
 
 impl<const D: usize> Lattice<D> {
     /// The particles of the layer next to a side.
     fn layer(&self, side: Side) -> impl Iterator<Item = usize> + '_ {
-        let stride: usize = self.counts[..side.axis].iter().product();
-        let wanted = if side.upper { self.counts[side.axis] - 1 } else { 0 };
-        self.particles.clone().filter(move |p| (p - self.particles.start) / stride % self.counts[side.axis] == wanted)
-    }
-
-    /// The part of a side that one particle stands for (m²; m in 2-D, 1 in 1-D).
-    fn side_area(&self, side: Side) -> f64 {
-        (0..D).filter(|&axis| axis != side.axis).map(|axis| self.size[axis]).product()
+        let along = move |place: &[usize; D]| place[side.axis];
+        let places = self.places.iter().map(along);
+        let wanted = if side.upper { places.max() } else { places.min() };
+        let first = self.particles.start;
+        let is_there = move |(_, place): &(usize, &[usize; D])| Some(along(place)) == wanted;
+        self.places.iter().enumerate().filter(is_there).map(move |(number, _)| first + number)
     }
 }
 
@@ -95,34 +95,26 @@ fn fill_body<const D: usize>(
 ) -> Result<Lattice<D>, CaseError> {
     let body = &case.bodies[index];
     let key = KeyPath::root().key("bodies").index(index);
-    let BodyShape::Box(BoxShape { min, max }) = &body.shape;
-    let (lower, upper): (Vector<D>, Vector<D>) = (vector(min), vector(max));
-    let wish = Vector::<D>::from_fn(|axis, _| {
-        let per_cell = body.particles_per_cell.get(axis).copied().unwrap_or(1) as f64;
-        ((upper[axis] - lower[axis]) / grid.spacing()[axis] * per_cell).round().max(1.0)
-    });
-    let total = particles.len() as f64 + wish.product();
+    let region = Region::new(&body.shape, grid, &body.particles_per_cell);
+    let total = particles.len() as f64 + region.num_boxes();
     if total > MAX_PARTICLES {
         let message = format!("this body makes {total:.3e} particles in all");
         let help = format!("at most {MAX_PARTICLES:.3e} can be numbered: take fewer per cell or a coarser grid");
         return Err(source.invalid(key.key("particles_per_cell"), message, help));
     }
-    let counts: [usize; D] = std::array::from_fn(|axis| wish[axis] as usize);
-    let size = (upper - lower).component_div(&wish);
+    let points = region.points();
+    if points.is_empty() {
+        let help = "it must cover at least a tenth of one: take smaller cells or more points per cell";
+        return Err(source.invalid(key.key("shape"), "this body is too small to hold a material point", help));
+    }
     let material = &case.materials[&body.material];
     let state = InitialState::new(source, case, gravity, index)?;
     let start = particles.len();
-    for number in 0..counts.iter().product() {
-        let mut rest = number;
-        let position = Vector::from_fn(|axis, _| {
-            let place = rest % counts[axis];
-            rest /= counts[axis];
-            lower[axis] + (place as f64 + 0.5) * size[axis]
-        });
+    for &PointBox { position, half_size, .. } in &points {
         let level = position[D - 1];
         particles.push(Particle {
             position,
-            half_size: size * 0.5,
+            half_size,
             velocity: state.velocity,
             density: material.density,
             stress: state.stress(level),
@@ -131,7 +123,8 @@ fn fill_body<const D: usize>(
             conductivity: material.conductivity.unwrap_or(0.0),
         });
     }
-    Ok(Lattice { name: body.name().to_owned(), particles: start..particles.len(), counts, size })
+    let places = points.iter().map(|point| point.place).collect();
+    Ok(Lattice { name: body.name().to_owned(), particles: start..particles.len(), region, places })
 }
 
 /// The state of a body at the start, by level.
@@ -194,15 +187,28 @@ fn named<'a, const D: usize>(bodies: &'a [Lattice<D>], name: &'a str) -> impl It
 }
 
 /// Drainage is given to particles; the pressure scheme reflects it on the grid.
-fn drain<const D: usize>(case: &Case, bodies: &[Lattice<D>], particles: &mut Particles<D>) {
+fn drain<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice<D>], particles: &mut Particles<D>) {
     for drainage in &case.drainage {
-        let mut sides = SideSet::EMPTY;
-        let faces = drainage.sides.as_deref().unwrap_or(std::slice::from_ref(&drainage.on.surface));
-        faces.iter().for_each(|&face| sides.insert(side(face)));
         for body in named(bodies, &drainage.on.of) {
-            for p in body.layer(side(drainage.on.surface)) {
+            let Some(face) = drainage.on.surface.face() else {
+                drain_all_round(grid, body, particles);
+                continue;
+            };
+            let mut sides = SideSet::EMPTY;
+            let faces = drainage.sides.as_deref().unwrap_or(std::slice::from_ref(&face));
+            faces.iter().for_each(|&face| sides.insert(side(face)));
+            for p in body.layer(side(face)) {
                 particles.drained[p] = particles.drained[p].union(sides);
             }
+        }
+    }
+}
+
+/// Every particle drains wherever it is next to a free surface; inside the body that has no effect.
+fn drain_all_round<const D: usize>(grid: &Grid<D>, body: &Lattice<D>, particles: &mut Particles<D>) {
+    for p in body.particles.clone() {
+        for side in Side::all::<D>().filter(|&side| body.region.is_free(grid, &particles.position[p], side)) {
+            particles.drained[p].insert(side);
         }
     }
 }
@@ -227,10 +233,10 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
         }
     }
     for load in &case.loads {
-        let on = side(load.on.surface);
+        let Some(on) = load.on.surface.face().map(side) else { continue };
         let traction: Vector<D> = vector(&load.traction);
         let forces = named(bodies, &load.on.of)
-            .flat_map(|body| body.layer(on).map(move |p| (p, traction * body.side_area(on))))
+            .flat_map(|body| body.layer(on).map(move |p| (p, traction * body.region.side_area(on))))
             .collect();
         let applied_to = match load.applied_to {
             crate::AppliedTo::Particles => AppliedTo::Particles,
@@ -268,7 +274,7 @@ fn find_probes<const D: usize>(case: &Case, particles: &Particles<D>) -> Vec<Pro
 /// The particles whose fall is the settlement: the loaded ones on upper surfaces, else the tops of the bodies.
 fn find_top<const D: usize>(case: &Case, bodies: &[Lattice<D>]) -> Vec<usize> {
     let up = Side { axis: D - 1, upper: true };
-    let loaded = case.loads.iter().filter(|load| side(load.on.surface) == up);
+    let loaded = case.loads.iter().filter(|load| load.on.surface.face().map(side) == Some(up));
     let mut top: Vec<usize> =
         loaded.flat_map(|load| named(bodies, &load.on.of).flat_map(|body| body.layer(up))).collect();
     if top.is_empty() {

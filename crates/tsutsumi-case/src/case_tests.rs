@@ -113,6 +113,36 @@ const BAD_CASES: &[(&str, Edits)] = &[
     ("unknown shape", &[("{ box =", "{ boks =")]),
     ("shape without content", &[("{ box = { min = [0.0, 0.0], max = [1.0, 10.0] } }", "\"box\"")]),
     ("two shapes", &[("{ box =", "{ sphere = 1, box =")]),
+    (
+        "sphere of nothing",
+        &[("box = { min = [0.0, 0.0], max = [1.0, 10.0] }", "sphere = { center = [0.0], radius = -1.0 }")],
+    ),
+    (
+        "sphere outside the grid",
+        &[("box = { min = [0.0, 0.0], max = [1.0, 10.0] }", "sphere = { center = [2.5, 5.0], radius = 1.5 }")],
+    ),
+    (
+        "sphere outside its box, and a face of it",
+        &[(
+            "box = { min = [0.0, 0.0], max = [1.0, 10.0] }",
+            "sphere = { center = [0.5, 5.0], radius = 0.5, within = { min = [0.0, 6.0], max = [1.0, 7.0] } }",
+        )],
+    ),
+    (
+        "sphere in one dimension",
+        &[
+            ("dimension = 2", "dimension = 1"),
+            ("box = { min = [0.0, 0.0], max = [1.0, 10.0] }", "sphere = { center = [0.0], radius = 1.0 }"),
+        ],
+    ),
+    ("traction all round", &[("surface = \"y-max\"", "surface = \"all\"")]),
+    (
+        "sides of a surface all round",
+        &[(
+            "[[drainage]]\non = { surface = \"y-max\", of = \"soil\" }",
+            "[[drainage]]\non = { surface = \"all\", of = \"soil\" }\nsides = [\"y-max\"]",
+        )],
+    ),
     ("word with content", &[("applied_to = \"particles\"", "applied_to = { particles = 1 }")]),
     // Sense.
     ("dimension 4", &[("dimension = 2", "dimension = 4")]),

@@ -206,6 +206,27 @@ impl Body {
 pub enum BodyShape {
     /// A box along the axes: `{ box = { min = [0.0, 0.0], max = [1.0, 10.0] } }`.
     Box(BoxShape),
+    /// A ball in 3-D, a disc in 2-D: `{ sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 } }`. The ends of the grid cut it: with
+    /// the centre in a corner of the grid, an eighth of a ball remains.
+    Sphere(SphereShape),
+}
+
+/// A ball in 3-D, a disc in 2-D.
+///
+/// Its points stand on the lattice of the grid. Those that the surface cuts stand in the centroid of what is inside, with its
+/// volume; slivers are dropped and their volume is given to the others at the surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SphereShape {
+    /// The centre (m), one number per axis. It may lie outside the grid.
+    #[schemars(length(min = 2, max = 3))]
+    pub center: Vec<f64>,
+    /// The radius (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: f64,
+    /// A box to which the body is confined. By default that of the grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<BoxShape>,
 }
 
 /// A box along the axes.
@@ -328,6 +349,41 @@ impl Face {
     }
 }
 
+/// A part of the surface of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Surface {
+    /// Where x is least.
+    XMin,
+    /// Where x is greatest.
+    XMax,
+    /// Where y is least: the base in 2-D.
+    YMin,
+    /// Where y is greatest: the top in 2-D.
+    YMax,
+    /// Where z is least: the base in 3-D.
+    ZMin,
+    /// Where z is greatest: the top in 3-D.
+    ZMax,
+    /// All round the body, but where an end of the grid or the box of a sphere cuts it.
+    All,
+}
+
+impl Surface {
+    /// The face, if it is one.
+    pub fn face(self) -> Option<Face> {
+        match self {
+            Self::XMin => Some(Face::XMin),
+            Self::XMax => Some(Face::XMax),
+            Self::YMin => Some(Face::YMin),
+            Self::YMax => Some(Face::YMax),
+            Self::ZMin => Some(Face::ZMin),
+            Self::ZMax => Some(Face::ZMax),
+            Self::All => None,
+        }
+    }
+}
+
 /// An axis of space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -397,8 +453,8 @@ pub enum AppliedTo {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodySurface {
-    /// Which way the surface looks.
-    pub surface: Face,
+    /// Which way the surface looks. A sphere has only `"all"`.
+    pub surface: Surface,
     /// The name of the body.
     pub of: String,
 }
@@ -409,7 +465,7 @@ pub struct BodySurface {
 pub struct Drainage {
     /// The surface: `{ surface = "y-max", of = "soil" }`.
     pub on: BodySurface,
-    /// Sides of the surface's cells that drain. By default the surface itself.
+    /// Sides of the surface's cells that drain. By default the surface itself; not with `"all"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]
     pub sides: Option<Vec<Face>>,

@@ -337,11 +337,10 @@ impl<'a> Checks<'a> {
         }
         let materials: Vec<_> = self.case.materials.keys().map(String::as_str).collect();
         self.refers(key.clone().key("material"), "material", &body.material, &materials);
-        let BodyShape::Box(shape) = &body.shape;
-        let has_box = self.body_box(&key.clone().key("shape").key("box"), shape);
+        let bounds = self.shape(&key.clone().key("shape"), &body.shape);
         let has_particles = self.particles_per_cell(&key.clone().key("particles_per_cell"), &body.particles_per_cell);
-        if self.has_grid && has_box && has_particles {
-            self.particle_count(key, shape, &body.particles_per_cell);
+        if let (true, Some(bounds), true) = (self.has_grid, bounds, has_particles) {
+            self.particle_count(key, &bounds, &body.particles_per_cell);
         }
         self.initial(&key.clone().key("initial"), &body.initial);
     }
@@ -379,6 +378,53 @@ impl<'a> Checks<'a> {
             is_good &= self.in_grid(key.clone().key("max").index(axis), axis, shape.max[axis]);
         }
         is_good
+    }
+
+    /// A box that holds the shape, if it is a good one.
+    fn shape(&mut self, key: &KeyPath, shape: &BodyShape) -> Option<BoxShape> {
+        match shape {
+            BodyShape::Box(shape) => self.body_box(&key.clone().key("box"), shape).then(|| shape.clone()),
+            BodyShape::Sphere(shape) => self.sphere(&key.clone().key("sphere"), shape),
+        }
+    }
+
+    fn sphere(&mut self, key: &KeyPath, shape: &SphereShape) -> Option<BoxShape> {
+        if self.case.dimension == 1 {
+            self.report(key.clone(), format!("`{key}` needs 2 or 3 dimensions"), "in one dimension, take a box");
+            return None;
+        }
+        let has_center = self.vector(key.clone().key("center"), &shape.center);
+        let has_radius = self.positive(key.clone().key("radius"), shape.radius);
+        let within = key.clone().key("within");
+        let has_within = shape.within.as_ref().is_none_or(|shape| self.body_box(&within, shape));
+        if !(has_center && has_radius && has_within) {
+            return None;
+        }
+        let mut bounds = BoxShape { min: Vec::new(), max: Vec::new() };
+        for axis in 0..self.case.dimension {
+            let (lower, upper) = match &shape.within {
+                Some(within) => (within.min[axis], within.max[axis]),
+                None if self.has_grid => self.extent(axis),
+                None => return None,
+            };
+            let (from, to) = (shape.center[axis] - shape.radius, shape.center[axis] + shape.radius);
+            if to <= lower || from >= upper {
+                let what = if shape.within.is_some() { "its box" } else { "the grid" };
+                let message = format!("`{key}` lies outside {what} along {}", Axis::ALL[axis].name());
+                let help = format!(
+                    "there the sphere reaches from {} to {}, {what} from {} to {}",
+                    number(from),
+                    number(to),
+                    number(lower),
+                    number(upper)
+                );
+                self.report(key.clone().key("center").index(axis), message, help);
+                return None;
+            }
+            bounds.min.push(from.max(lower));
+            bounds.max.push(to.min(upper));
+        }
+        Some(bounds)
     }
 
     fn corners(&mut self, key: &KeyPath, shape: &BoxShape) -> bool {
@@ -533,7 +579,15 @@ impl<'a> Checks<'a> {
     }
 
     fn body_surface(&mut self, key: &KeyPath, on: &BodySurface) {
-        self.face(key.clone().key("surface"), on.surface);
+        let surface = key.clone().key("surface");
+        if let Some(face) = on.surface.face() {
+            self.face(surface.clone(), face);
+            let is_sphere = |body: &Body| body.name() == on.of && matches!(body.shape, BodyShape::Sphere(_));
+            if self.case.bodies.iter().any(is_sphere) {
+                let message = format!("`{surface}` is `{}`, but `{}` is a sphere", face.name(), quoted(&on.of));
+                self.report(surface, message, "a sphere has one surface: \"all\"");
+            }
+        }
         let bodies = self.body_names();
         self.refers(key.clone().key("of"), "body", &on.of, &bodies);
     }
@@ -550,6 +604,11 @@ impl<'a> Checks<'a> {
         for (index, load) in self.case.loads.iter().enumerate() {
             let key = KeyPath::from("loads").index(index);
             self.body_surface(&key.clone().key("on"), &load.on);
+            if load.on.surface == Surface::All {
+                let place = key.clone().key("on").key("surface");
+                let message = format!("`{place}` is `all`, but a traction points one way");
+                self.report(place, message, "name a face, such as \"y-max\"");
+            }
             self.vector(key.clone().key("traction"), &load.traction);
             self.history(&key.clone().key("history"), &load.history);
         }
@@ -589,6 +648,10 @@ impl<'a> Checks<'a> {
                     format!("`{sides}` is empty: nothing drains"),
                     "leave it out to drain the surface itself",
                 );
+            }
+            if drainage.sides.is_some() && drainage.on.surface == Surface::All {
+                let message = format!("`{sides}` cannot be given for the surface `all`");
+                self.report(sides.clone(), message, "there every free side drains: leave it out");
             }
             for (side, &face) in drainage.sides.iter().flatten().enumerate() {
                 self.face(sides.clone().index(side), face);
