@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, History, Load};
+use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, FluidLoad, History, Load};
 use tsutsumi::grid::{Grid, Side, SideSet};
 use tsutsumi::particles::{Particle, Particles};
 use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
@@ -233,8 +233,16 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
         }
     }
     for load in &case.loads {
-        let Some(on) = load.on.surface.face().map(side) else { continue };
-        let traction: Vector<D> = vector(&load.traction);
+        let history = History::new(load.history.clone());
+        let Some(on) = load.on.surface.face().map(side) else {
+            for body in named(bodies, &load.on.of) {
+                let (particles, history) = (body.particles.clone(), history.clone());
+                // Validation has seen to it that there is a pressure.
+                boundary.push_fluid_load(FluidLoad { particles, pressure: load.pressure.unwrap_or(0.0), history });
+            }
+            continue;
+        };
+        let traction = load_on_face(load, on);
         let forces = named(bodies, &load.on.of)
             .flat_map(|body| body.layer(on).map(move |p| (p, traction * body.region.side_area(on))))
             .collect();
@@ -242,9 +250,19 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
             crate::AppliedTo::Particles => AppliedTo::Particles,
             crate::AppliedTo::Surface => AppliedTo::Surface(on),
         };
-        boundary.push_load(Load { forces, history: History::new(load.history.clone()), applied_to });
+        boundary.push_load(Load { forces, history, applied_to });
     }
     boundary
+}
+
+/// The traction of a load on a face (Pa): its own, or that of its pressure.
+fn load_on_face<const D: usize>(load: &crate::Load, on: Side) -> Vector<D> {
+    match (&load.traction, load.pressure) {
+        (Some(traction), _) => vector(traction),
+        (None, pressure) => {
+            Vector::from_fn(|axis, _| if axis == on.axis { -on.sign() * pressure.unwrap_or(0.0) } else { 0.0 })
+        }
+    }
 }
 
 fn build_pressure<const D: usize>(case: &Case) -> Box<dyn PressureScheme<D>> {

@@ -136,6 +136,8 @@ const BAD_CASES: &[(&str, Edits)] = &[
         ],
     ),
     ("traction all round", &[("surface = \"y-max\"", "surface = \"all\"")]),
+    ("load of nothing", &[("traction = [0.0, -50.0e3]", "")]),
+    ("load of two", &[("traction = [0.0, -50.0e3]", "traction = [0.0, -50.0e3]\npressure = inf")]),
     (
         "sides of a surface all round",
         &[(
@@ -319,7 +321,7 @@ fn overrides_reach_everything() {
     });
     let case = read(&source).unwrap_or_else(|error| panic!("{}\n{}", source.text(), error.render(false)));
     assert_eq!(case.time.step, Step::Auto);
-    assert_eq!(case.loads[0].traction, [0.0, -1.0e3]);
+    assert_eq!(case.loads[0].traction.as_deref(), Some(&[0.0, -1.0e3][..]));
     assert_eq!(case.probes[0].name, "top");
     assert_eq!(case.title, "a = b");
     assert!(source.text().contains("# or \"auto\", with `safety`"), "comments are kept");

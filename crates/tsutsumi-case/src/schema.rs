@@ -42,7 +42,7 @@ pub struct Case {
     /// Rollers and fixities: one `[[supports]]` each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supports: Vec<Support>,
-    /// Tractions on the surfaces of bodies: one `[[loads]]` each.
+    /// Tractions and pressures on the surfaces of bodies: one `[[loads]]` each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<Load>,
     /// Surfaces through which water leaves freely: one `[[drainage]]` each. All others are impervious.
@@ -419,21 +419,27 @@ impl Axis {
     }
 }
 
-/// A traction on the surface of a body.
+/// A traction or a pressure on the surface of a body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["traction"] }, { "required": ["pressure"] }]))]
 pub struct Load {
     /// The surface: `{ surface = "y-max", of = "soil" }`.
     pub on: BodySurface,
-    /// Force per area (Pa), one number per axis; `[0.0, -50.0e3]` presses down in 2-D.
+    /// Force per area (Pa), one number per axis; `[0.0, -50.0e3]` presses down in 2-D. Give this or `pressure`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1, max = 3))]
-    pub traction: Vec<f64>,
-    /// Factors on the traction over time, `[[time (s), factor], …]`: linear in between, constant before and after.
-    /// By default the full traction from the start.
+    pub traction: Option<Vec<f64>>,
+    /// Pressure of a fluid outside (Pa), positive in compression. On a face it is a traction along the face's axis. On `"all"`
+    /// it acts on the true surface all round, as it moves, and also where supports hold the body. Give this or `traction`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure: Option<f64>,
+    /// Factors on the load over time, `[[time (s), factor], …]`: linear in between, constant before and after.
+    /// By default the full load from the start.
     #[serde(default = "default_history")]
     #[schemars(length(min = 1))]
     pub history: Vec<[f64; 2]>,
-    /// What carries the load.
+    /// What carries the load on a face.
     #[serde(default)]
     pub applied_to: AppliedTo,
 }

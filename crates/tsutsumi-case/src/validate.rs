@@ -604,13 +604,33 @@ impl<'a> Checks<'a> {
         for (index, load) in self.case.loads.iter().enumerate() {
             let key = KeyPath::from("loads").index(index);
             self.body_surface(&key.clone().key("on"), &load.on);
+            self.traction_or_pressure(&key, load);
+            self.history(&key.clone().key("history"), &load.history);
+        }
+    }
+
+    fn traction_or_pressure(&mut self, key: &KeyPath, load: &Load) {
+        match (&load.traction, load.pressure) {
+            (Some(_), Some(_)) => {
+                let message = format!("`{key}` has both a `traction` and a `pressure`");
+                self.report(key.clone().key("pressure"), message, "write two [[loads]], one for each");
+            }
+            (None, None) => {
+                let message = format!("`{key}` has neither a `traction` nor a `pressure`");
+                self.report(key.clone(), message, "add one, such as pressure = 10.0e3");
+            }
+            _ => {}
+        }
+        if let Some(traction) = &load.traction {
+            self.vector(key.clone().key("traction"), traction);
             if load.on.surface == Surface::All {
                 let place = key.clone().key("on").key("surface");
                 let message = format!("`{place}` is `all`, but a traction points one way");
-                self.report(place, message, "name a face, such as \"y-max\"");
+                self.report(place, message, "name a face, such as \"y-max\", or give a `pressure`");
             }
-            self.vector(key.clone().key("traction"), &load.traction);
-            self.history(&key.clone().key("history"), &load.history);
+        }
+        if let Some(pressure) = load.pressure {
+            self.finite(key.clone().key("pressure"), pressure);
         }
     }
 

@@ -1,5 +1,7 @@
 //! Supports and loads. Drainage is carried by the particles, see [`Particles::drained`].
 
+use std::ops::Range;
+
 use crate::grid::{ActiveSet, Grid, NodeFields, Side, Tie};
 use crate::particles::Particles;
 use crate::tensor::Vector;
@@ -64,6 +66,19 @@ pub struct Load<const D: usize> {
     pub applied_to: AppliedTo,
 }
 
+/// A fluid that presses on a body from outside, all round, normal to its surface as it is at the time.
+///
+/// It acts on every side of the body, also where another body or a support touches it; a support takes up the force there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FluidLoad {
+    /// The particles of the body.
+    pub particles: Range<usize>,
+    /// The pressure where the history is 1 (Pa, positive in compression).
+    pub pressure: f64,
+    /// How the pressure varies with time.
+    pub history: History,
+}
+
 /// What holds and pushes the body (steps 2 and 4 of the algorithm).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boundary<const D: usize> {
@@ -71,12 +86,18 @@ pub struct Boundary<const D: usize> {
     /// The nodes that move as one, wherever the body is.
     ties: Vec<Tie>,
     loads: Vec<Load<D>>,
+    fluid_loads: Vec<FluidLoad>,
 }
 
 impl<const D: usize> Boundary<D> {
     /// No support and no load.
     pub fn free(grid: &Grid<D>) -> Self {
-        Boundary { fixed: vec![AxisSet::default(); grid.num_nodes()], ties: Vec::new(), loads: Vec::new() }
+        Boundary {
+            fixed: vec![AxisSet::default(); grid.num_nodes()],
+            ties: Vec::new(),
+            loads: Vec::new(),
+            fluid_loads: Vec::new(),
+        }
     }
 
     /// Holds the nodes for which `holds(position)` is true along the given axes.
@@ -138,7 +159,17 @@ impl<const D: usize> Boundary<D> {
         self.loads.push(load);
     }
 
-    /// The loads.
+    /// Adds a fluid that presses on a body all round.
+    pub fn push_fluid_load(&mut self, load: FluidLoad) {
+        self.fluid_loads.push(load);
+    }
+
+    /// The fluids that press on bodies.
+    pub fn fluid_loads(&self) -> &[FluidLoad] {
+        &self.fluid_loads
+    }
+
+    /// The loads carried by particles.
     pub fn loads(&self) -> &[Load<D>] {
         &self.loads
     }
@@ -170,6 +201,10 @@ impl<const D: usize> Boundary<D> {
                 }
                 transfer.spread_force(grid, particles.cell[p] as usize, &point, &(force * factor), nodes);
             }
+        }
+        for load in &self.fluid_loads {
+            let pressure = load.pressure * load.history.factor(time);
+            transfer.spread_pressure(grid, particles, load.particles.clone(), pressure, nodes);
         }
     }
 
