@@ -2,19 +2,18 @@
 
 use std::ops::Range;
 
-use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, History, Load};
+use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, FluidLoad, History, Load};
 use tsutsumi::grid::{Grid, Side, SideSet};
 use tsutsumi::particles::{Particle, Particles};
 use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
 use tsutsumi::solver::{Parts, Solver};
 use tsutsumi::tensor::{Sym3, Vector};
-use tsutsumi_reference::finite_elements::{self, FiniteElements, GaussPoint, Newmark, gauss_points};
+use tsutsumi_reference::finite_elements::{self, FiniteElements, Newmark};
 
+use crate::fill::{PointBox, Region};
 use crate::registry::{MaterialRequest, choose, shapes, velocity_updates};
 use crate::simulation::{ProbeAt, Simulation};
-use crate::{
-    BodyShape, BoxShape, Case, CaseError, CaseSource, Face, KeyPath, PressureQuadrature, Registry, SolverKind,
-};
+use crate::{BoxShape, Case, CaseError, CaseSource, Face, KeyPath, PressureQuadrature, Registry, SolverKind};
 
 /// The most particles that a case may ask for: their numbers are 32 bits wide.
 const MAX_PARTICLES: f64 = u32::MAX as f64;
@@ -41,7 +40,7 @@ pub fn build<const D: usize>(
         groups.push(registry.group(&case.materials[material].law, &request)?);
         bodies.push(body);
     }
-    drain(case, &bodies, &mut particles);
+    drain(case, &grid, &bodies, &mut particles);
     let boundary = build_boundary(case, &grid, &bodies);
     let (probes, top) = (find_probes(case, &particles), find_top(case, &bodies));
     let refuse = |error: String| source.invalid("bodies", error, "");
@@ -71,25 +70,24 @@ pub fn build<const D: usize>(
     Ok(Simulation::new(Box::new(model), probes, top, case))
 }
 
-/// The particles of a body: a lattice, x fastest.
+/// The particles of a body: a part of a lattice, x fastest.
 struct Lattice<const D: usize> {
     name: String,
     particles: Range<usize>,
-    counts: [usize; D],
-    size: Vector<D>,
+    region: Region<D>,
+    /// The numbers of the particles along the axes of the lattice.
+    places: Vec<[usize; D]>,
 }
 
 impl<const D: usize> Lattice<D> {
     /// The particles of the layer next to a side.
     fn layer(&self, side: Side) -> impl Iterator<Item = usize> + '_ {
-        let stride: usize = self.counts[..side.axis].iter().product();
-        let wanted = if side.upper { self.counts[side.axis] - 1 } else { 0 };
-        self.particles.clone().filter(move |p| (p - self.particles.start) / stride % self.counts[side.axis] == wanted)
-    }
-
-    /// The part of a side that one particle stands for (m²; m in 2-D, 1 in 1-D).
-    fn side_area(&self, side: Side) -> f64 {
-        (0..D).filter(|&axis| axis != side.axis).map(|axis| self.size[axis]).product()
+        let along = move |place: &[usize; D]| place[side.axis];
+        let places = self.places.iter().map(along);
+        let wanted = if side.upper { places.max() } else { places.min() };
+        let first = self.particles.start;
+        let is_there = move |(_, place): &(usize, &[usize; D])| Some(along(place)) == wanted;
+        self.places.iter().enumerate().filter(is_there).map(move |(number, _)| first + number)
     }
 }
 
@@ -115,45 +113,33 @@ fn fill_body<const D: usize>(
 ) -> Result<Lattice<D>, CaseError> {
     let body = &case.bodies[index];
     let key = KeyPath::root().key("bodies").index(index);
-    let BodyShape::Box(BoxShape { min, max }) = &body.shape;
-    let (lower, upper): (Vector<D>, Vector<D>) = (vector(min), vector(max));
     let finite_elements = case.method.solver == SolverKind::Fem;
-    let in_cells = Vector::<D>::from_fn(|axis, _| (upper[axis] - lower[axis]) / grid.spacing()[axis]);
-    let wish = Vector::<D>::from_fn(|axis, _| {
-        let per_cell = body.particles_per_cell.get(axis).copied().unwrap_or(1) as f64;
-        let per_cell = if finite_elements { 2.0 } else { per_cell };
-        (in_cells[axis] * per_cell).round().max(1.0)
-    });
-    let total = particles.len() as f64 + wish.product();
+    // Two Gauss points per axis and element.
+    let per_cell = if finite_elements { &[2; 3] } else { body.particles_per_cell.as_slice() };
+    let region = Region::new(&body.shape, grid, per_cell);
+    let total = particles.len() as f64 + region.num_boxes();
     if total > MAX_PARTICLES {
         let message = format!("this body makes {total:.3e} particles in all");
         let help = format!("at most {MAX_PARTICLES:.3e} can be numbered: take fewer per cell or a coarser grid");
         return Err(source.invalid(key.key("particles_per_cell"), message, help));
     }
-    if finite_elements {
-        refuse_cut_cells(source, grid, &key, lower, upper)?;
+    if finite_elements && !region.fills_cells(grid) {
+        let help = "finite elements need boxes between grid lines: change `grid.spacing` or `grid.origin`";
+        return Err(source.invalid(key.key("shape"), "a side of this body cuts through cells", help));
     }
-    let places: [Vec<GaussPoint>; D] = std::array::from_fn(|axis| match finite_elements {
-        true => gauss_points(lower[axis], upper[axis], in_cells[axis].round() as usize),
-        false => even_points(lower[axis], upper[axis], wish[axis] as usize),
-    });
-    let counts: [usize; D] = std::array::from_fn(|axis| places[axis].len());
-    let size = (upper - lower).component_div(&wish);
+    let points = if finite_elements { region.gauss_points() } else { region.points() };
+    if points.is_empty() {
+        let help = "it must cover at least a tenth of one: take smaller cells or more points per cell";
+        return Err(source.invalid(key.key("shape"), "this body is too small to hold a material point", help));
+    }
     let material = &case.materials[&body.material];
     let state = InitialState::new(source, case, gravity, index)?;
     let start = particles.len();
-    for number in 0..counts.iter().product() {
-        let mut rest = number;
-        let on_axis: [GaussPoint; D] = std::array::from_fn(|axis| {
-            let place = rest % counts[axis];
-            rest /= counts[axis];
-            places[axis][place]
-        });
-        let position = Vector::from_fn(|axis, _| on_axis[axis].place);
+    for &PointBox { position, half_size, .. } in &points {
         let level = position[D - 1];
         particles.push(Particle {
             position,
-            half_size: Vector::from_fn(|axis, _| on_axis[axis].half_length),
+            half_size,
             velocity: state.velocity,
             density: material.density,
             stress: state.stress(level),
@@ -162,37 +148,11 @@ fn fill_body<const D: usize>(
             conductivity: material.conductivity.unwrap_or(0.0),
         });
         if finite_elements {
-            particles.set_volume(particles.len() - 1, on_axis.iter().map(|point| point.weight).product());
+            particles.set_volume(particles.len() - 1, region.box_volume());
         }
     }
-    Ok(Lattice { name: body.name().to_owned(), particles: start..particles.len(), counts, size })
-}
-
-/// Points that share a length evenly, each in the middle of its part.
-fn even_points(lower: f64, upper: f64, count: usize) -> Vec<GaussPoint> {
-    let weight = (upper - lower) / count as f64;
-    let place = |number: usize| lower + (number as f64 + 0.5) * weight;
-    (0..count).map(|number| GaussPoint { place: place(number), half_length: 0.5 * weight, weight }).collect()
-}
-
-/// Finite elements fill whole cells.
-fn refuse_cut_cells<const D: usize>(
-    source: &CaseSource,
-    grid: &Grid<D>,
-    body: &KeyPath,
-    lower: Vector<D>,
-    upper: Vector<D>,
-) -> Result<(), CaseError> {
-    for corner in [lower, upper] {
-        let place = grid.in_spacings(&corner);
-        if let Some(axis) = (0..D).find(|&axis| (place[axis] - place[axis].round()).abs() > 1e-6) {
-            let name = ["x", "y", "z"][axis];
-            let message = format!("a side of this body, {name} = {}, cuts through cells", corner[axis]);
-            let help = "finite elements need boxes between grid lines: change `grid.spacing` or `grid.origin`";
-            return Err(source.invalid(body.clone().key("shape"), message, help));
-        }
-    }
-    Ok(())
+    let places = points.iter().map(|point| point.place).collect();
+    Ok(Lattice { name: body.name().to_owned(), particles: start..particles.len(), region, places })
 }
 
 /// The state of a body at the start, by level.
@@ -255,15 +215,28 @@ fn named<'a, const D: usize>(bodies: &'a [Lattice<D>], name: &'a str) -> impl It
 }
 
 /// Drainage is given to particles; the pressure scheme reflects it on the grid.
-fn drain<const D: usize>(case: &Case, bodies: &[Lattice<D>], particles: &mut Particles<D>) {
+fn drain<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice<D>], particles: &mut Particles<D>) {
     for drainage in &case.drainage {
-        let mut sides = SideSet::EMPTY;
-        let faces = drainage.sides.as_deref().unwrap_or(std::slice::from_ref(&drainage.on.surface));
-        faces.iter().for_each(|&face| sides.insert(side(face)));
         for body in named(bodies, &drainage.on.of) {
-            for p in body.layer(side(drainage.on.surface)) {
+            let Some(face) = drainage.on.surface.face() else {
+                drain_all_round(grid, body, particles);
+                continue;
+            };
+            let mut sides = SideSet::EMPTY;
+            let faces = drainage.sides.as_deref().unwrap_or(std::slice::from_ref(&face));
+            faces.iter().for_each(|&face| sides.insert(side(face)));
+            for p in body.layer(side(face)) {
                 particles.drained[p] = particles.drained[p].union(sides);
             }
+        }
+    }
+}
+
+/// Every particle drains wherever it is next to a free surface; inside the body that has no effect.
+fn drain_all_round<const D: usize>(grid: &Grid<D>, body: &Lattice<D>, particles: &mut Particles<D>) {
+    for p in body.particles.clone() {
+        for side in Side::all::<D>().filter(|&side| body.region.is_free(grid, &particles.position[p], side)) {
+            particles.drained[p].insert(side);
         }
     }
 }
@@ -273,29 +246,40 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
     for support in &case.supports {
         let mut axes = AxisSet::default();
         support.fix.iter().for_each(|&axis| axes.insert(axis as usize));
+        let together = || support.together.iter().map(|&axis| axis as usize);
         if let Some(face) = support.face {
             boundary.fix_side(grid, side(face), axes);
+            together().for_each(|axis| boundary.tie_side(grid, side(face), axis));
         }
         if let Some(BoxShape { min, max }) = &support.region {
             // A node on the border of the region counts, whatever the last bit says.
             let slack = grid.spacing() * 1e-9;
             let (lower, upper): (Vector<D>, Vector<D>) = (vector(min) - slack, vector(max) + slack);
-            boundary
-                .fix(grid, axes, |position| (0..D).all(|axis| (lower[axis]..=upper[axis]).contains(&position[axis])));
+            let holds = |position: Vector<D>| (0..D).all(|axis| (lower[axis]..=upper[axis]).contains(&position[axis]));
+            boundary.fix(grid, axes, holds);
+            together().for_each(|axis| boundary.tie(grid, axis, holds));
         }
     }
     for load in &case.loads {
-        let on = side(load.on.surface);
-        let traction: Vector<D> = vector(&load.traction);
+        let history = History::new(load.history.clone());
+        let Some(on) = load.on.surface.face().map(side) else {
+            for body in named(bodies, &load.on.of) {
+                let (particles, history) = (body.particles.clone(), history.clone());
+                // Validation has seen to it that there is a pressure.
+                boundary.push_fluid_load(FluidLoad { particles, pressure: load.pressure.unwrap_or(0.0), history });
+            }
+            continue;
+        };
+        let traction = load_on_face(load, on);
         let forces = named(bodies, &load.on.of)
-            .flat_map(|body| body.layer(on).map(move |p| (p, traction * body.side_area(on))))
+            .flat_map(|body| body.layer(on).map(move |p| (p, traction * body.region.side_area(on))))
             .collect();
         // Gauss points carry no loads: those of finite elements act on the true surface.
         let applied_to = match (load.applied_to, case.method.solver) {
             (crate::AppliedTo::Particles, SolverKind::Mpm) => AppliedTo::Particles,
             _ => AppliedTo::Surface(on),
         };
-        boundary.push_load(Load { forces, history: History::new(load.history.clone()), applied_to });
+        boundary.push_load(Load { forces, history, applied_to });
     }
     boundary
 }
@@ -303,6 +287,16 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
 fn build_fluid(case: &Case) -> Option<Fluid> {
     let crate::Fluid { density, bulk_modulus, unit_weight } = *case.fluid.as_ref()?;
     Some(Fluid { density, bulk_modulus, unit_weight })
+}
+
+/// The traction of a load on a face (Pa): its own, or that of its pressure.
+fn load_on_face<const D: usize>(load: &crate::Load, on: Side) -> Vector<D> {
+    match (&load.traction, load.pressure) {
+        (Some(traction), _) => vector(traction),
+        (None, pressure) => {
+            Vector::from_fn(|axis, _| if axis == on.axis { -on.sign() * pressure.unwrap_or(0.0) } else { 0.0 })
+        }
+    }
 }
 
 fn build_pressure<const D: usize>(case: &Case) -> Box<dyn PressureScheme<D>> {
@@ -331,7 +325,7 @@ fn find_probes<const D: usize>(case: &Case, particles: &Particles<D>) -> Vec<Pro
 /// The particles whose fall is the settlement: the loaded ones on upper surfaces, else the tops of the bodies.
 fn find_top<const D: usize>(case: &Case, bodies: &[Lattice<D>]) -> Vec<usize> {
     let up = Side { axis: D - 1, upper: true };
-    let loaded = case.loads.iter().filter(|load| side(load.on.surface) == up);
+    let loaded = case.loads.iter().filter(|load| load.on.surface.face().map(side) == Some(up));
     let mut top: Vec<usize> =
         loaded.flat_map(|load| named(bodies, &load.on.of).flat_map(|body| body.layer(up))).collect();
     if top.is_empty() {

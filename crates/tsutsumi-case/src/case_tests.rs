@@ -113,6 +113,38 @@ const BAD_CASES: &[(&str, Edits)] = &[
     ("unknown shape", &[("{ box =", "{ boks =")]),
     ("shape without content", &[("{ box = { min = [0.0, 0.0], max = [1.0, 10.0] } }", "\"box\"")]),
     ("two shapes", &[("{ box =", "{ sphere = 1, box =")]),
+    (
+        "sphere of nothing",
+        &[("box = { min = [0.0, 0.0], max = [1.0, 10.0] }", "sphere = { center = [0.0], radius = -1.0 }")],
+    ),
+    (
+        "sphere outside the grid",
+        &[("box = { min = [0.0, 0.0], max = [1.0, 10.0] }", "sphere = { center = [2.5, 5.0], radius = 1.5 }")],
+    ),
+    (
+        "sphere outside its box, and a face of it",
+        &[(
+            "box = { min = [0.0, 0.0], max = [1.0, 10.0] }",
+            "sphere = { center = [0.5, 5.0], radius = 0.5, within = { min = [0.0, 6.0], max = [1.0, 7.0] } }",
+        )],
+    ),
+    (
+        "sphere in one dimension",
+        &[
+            ("dimension = 2", "dimension = 1"),
+            ("box = { min = [0.0, 0.0], max = [1.0, 10.0] }", "sphere = { center = [0.0], radius = 1.0 }"),
+        ],
+    ),
+    ("traction all round", &[("surface = \"y-max\"", "surface = \"all\"")]),
+    ("load of nothing", &[("traction = [0.0, -50.0e3]", "")]),
+    ("load of two", &[("traction = [0.0, -50.0e3]", "traction = [0.0, -50.0e3]\npressure = inf")]),
+    (
+        "sides of a surface all round",
+        &[(
+            "[[drainage]]\non = { surface = \"y-max\", of = \"soil\" }",
+            "[[drainage]]\non = { surface = \"all\", of = \"soil\" }\nsides = [\"y-max\"]",
+        )],
+    ),
     ("word with content", &[("applied_to = \"particles\"", "applied_to = { particles = 1 }")]),
     // Sense.
     ("dimension 4", &[("dimension = 2", "dimension = 4")]),
@@ -155,6 +187,9 @@ const BAD_CASES: &[(&str, Edits)] = &[
     ("support of nothing", &[("face = \"x-min\"\n", "")]),
     ("support of two", &[("face = \"x-min\"", "face = \"x-min\"\nregion = { min = [20, 0], max = [30, 1] }")]),
     ("nothing fixed", &[("fix = [\"x\"]", "fix = []")]),
+    ("neither fixed nor together", &[("fix = [\"x\"]", "")]),
+    ("together what is fixed", &[("fix = [\"x\"]", "fix = [\"x\"]\ntogether = [\"y\", \"x\"]")]),
+    ("together along z in two dimensions", &[("fix = [\"x\"]", "together = [\"z\"]")]),
     ("history goes back", &[("[1000.0, 1.0]]", "[0.0, 1.0], [-1.0, 1.0]]")]),
     ("no sides", &[("[[probes]]", "sides = []\n[[probes]]")]),
     ("probe name with a dot", &[("name = \"base\"", "name = \"base no. 1\"")]),
@@ -291,7 +326,7 @@ fn overrides_reach_everything() {
     });
     let case = read(&source).unwrap_or_else(|error| panic!("{}\n{}", source.text(), error.render(false)));
     assert_eq!(case.time.step, Step::Auto);
-    assert_eq!(case.loads[0].traction, [0.0, -1.0e3]);
+    assert_eq!(case.loads[0].traction.as_deref(), Some(&[0.0, -1.0e3][..]));
     assert_eq!(case.probes[0].name, "top");
     assert_eq!(case.title, "a = b");
     assert!(source.text().contains("# or \"auto\", with `safety`"), "comments are kept");

@@ -6,6 +6,7 @@ use tsutsumi::solver::StepLimits;
 use tsutsumi::tensor::{Sym3, Vector};
 
 use crate::build::build;
+use crate::fill::bounds;
 use crate::run::{Steps, read_case, refuse_unstable, significant};
 use crate::{Case, CaseError, CaseSource, Registry};
 
@@ -84,8 +85,8 @@ fn check_in<const D: usize>(
     let numbers = |(index, body): (usize, &crate::Body)| {
         let group = &model.groups()[index];
         let (modulus, _) = group.wave_moduli(&model.particles().stress[group.particles()]);
-        let crate::BodyShape::Box(shape) = &body.shape;
-        body_numbers(case, body, modulus, shape.max[D - 1] - shape.min[D - 1])
+        let (lower, upper) = bounds(&body.shape, grid);
+        body_numbers(case, body, modulus, upper[D - 1] - lower[D - 1])
     };
     Ok(CheckReport {
         title: case.title.clone(),

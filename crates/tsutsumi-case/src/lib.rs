@@ -18,7 +18,7 @@
 //! |---|---|
 //! | `schema`, `source`, `validate`, `error` | the case file: types, text with places, checks, messages |
 //! | [`registry`] | the names of the variants: the only file that knows them |
-//! | [`model`], [`build`], [`simulation`] | a case in motion |
+//! | [`model`], `fill`, [`build`], [`simulation`] | a case in motion |
 //! | [`mod@check`] | what follows from a case before it runs |
 //! | [`mod@run`], [`results`] | a run and what it leaves |
 //! | [`figures`], [`vtk`] | pictures and fields from plain data |
@@ -28,6 +28,7 @@ pub mod check;
 mod deserializer;
 mod error;
 pub mod figures;
+mod fill;
 mod folder;
 mod json_schema;
 mod key_path;

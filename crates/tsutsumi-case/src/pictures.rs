@@ -120,7 +120,7 @@ fn draw_particles<const D: usize>(case: &Case, simulation: &Simulation<D>, snaps
     let up = D - 1;
     let (grid_x, outline) = match D {
         1 => (vec![0.0, grid.spacing()[0]], Vec::new()),
-        _ => (lines(0), outlines(&case.bodies, 0, up)),
+        _ => (lines(0), outlines(&case.bodies, simulation.model().grid(), 0, up)),
     };
     ParticleChart {
         title: Some(format!("t = {} s", rounded(snapshot.time))),

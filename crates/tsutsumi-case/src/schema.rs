@@ -42,7 +42,7 @@ pub struct Case {
     /// Rollers and fixities: one `[[supports]]` each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub supports: Vec<Support>,
-    /// Tractions on the surfaces of bodies: one `[[loads]]` each.
+    /// Tractions and pressures on the surfaces of bodies: one `[[loads]]` each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub loads: Vec<Load>,
     /// Surfaces through which water leaves freely: one `[[drainage]]` each. All others are impervious.
@@ -221,6 +221,27 @@ impl Body {
 pub enum BodyShape {
     /// A box along the axes: `{ box = { min = [0.0, 0.0], max = [1.0, 10.0] } }`.
     Box(BoxShape),
+    /// A ball in 3-D, a disc in 2-D: `{ sphere = { center = [0.0, 0.0, 0.0], radius = 1.0 } }`. The ends of the grid cut it: with
+    /// the centre in a corner of the grid, an eighth of a ball remains.
+    Sphere(SphereShape),
+}
+
+/// A ball in 3-D, a disc in 2-D.
+///
+/// Its points stand on the lattice of the grid. Those that the surface cuts stand in the centroid of what is inside, with its
+/// volume; slivers are dropped and their volume is given to the others at the surface.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SphereShape {
+    /// The centre (m), one number per axis. It may lie outside the grid.
+    #[schemars(length(min = 2, max = 3))]
+    pub center: Vec<f64>,
+    /// The radius (m).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub radius: f64,
+    /// A box to which the body is confined. By default that of the grid.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub within: Option<BoxShape>,
 }
 
 /// A box along the axes.
@@ -268,10 +289,14 @@ pub struct Geostatic {
     pub k0: f64,
 }
 
-/// A roller or fixity: some components of the velocity are zero on a face of the grid or in a region.
+/// A roller, fixity or rigid plate: some components of the velocity are zero, or the same for all nodes, on a face of the
+/// grid or in a region.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-#[schemars(extend("oneOf" = [{ "required": ["face"] }, { "required": ["region"] }]))]
+#[schemars(extend(
+    "oneOf" = [{ "required": ["face"] }, { "required": ["region"] }],
+    "anyOf" = [{ "required": ["fix"] }, { "required": ["together"] }]
+))]
 pub struct Support {
     /// A face of the grid. Give this or `region`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -279,9 +304,15 @@ pub struct Support {
     /// The nodes in a box. Give this or `face`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub region: Option<BoxShape>,
-    /// The axes along which nothing moves: `["x"]` on a vertical face is a roller.
+    /// The axes along which nothing moves: `["x"]` on a vertical face is a roller. Give this or `together`, or both.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
     #[schemars(length(min = 1))]
     pub fix: Vec<Axis>,
+    /// The axes along which the nodes with ground move as one, with their common mass: `["y"]` on a horizontal surface is a
+    /// rigid plate, smooth and without mass of its own. The nodes stay in space: the ground must not leave them.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    #[schemars(length(min = 1))]
+    pub together: Vec<Axis>,
 }
 
 /// A face of the grid, or the side of a body that looks the same way.
@@ -333,6 +364,41 @@ impl Face {
     }
 }
 
+/// A part of the surface of a body.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum Surface {
+    /// Where x is least.
+    XMin,
+    /// Where x is greatest.
+    XMax,
+    /// Where y is least: the base in 2-D.
+    YMin,
+    /// Where y is greatest: the top in 2-D.
+    YMax,
+    /// Where z is least: the base in 3-D.
+    ZMin,
+    /// Where z is greatest: the top in 3-D.
+    ZMax,
+    /// All round the body, but where an end of the grid or the box of a sphere cuts it.
+    All,
+}
+
+impl Surface {
+    /// The face, if it is one.
+    pub fn face(self) -> Option<Face> {
+        match self {
+            Self::XMin => Some(Face::XMin),
+            Self::XMax => Some(Face::XMax),
+            Self::YMin => Some(Face::YMin),
+            Self::YMax => Some(Face::YMax),
+            Self::ZMin => Some(Face::ZMin),
+            Self::ZMax => Some(Face::ZMax),
+            Self::All => None,
+        }
+    }
+}
+
 /// An axis of space.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "kebab-case")]
@@ -368,21 +434,27 @@ impl Axis {
     }
 }
 
-/// A traction on the surface of a body.
+/// A traction or a pressure on the surface of a body.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
+#[schemars(extend("oneOf" = [{ "required": ["traction"] }, { "required": ["pressure"] }]))]
 pub struct Load {
     /// The surface: `{ surface = "y-max", of = "soil" }`.
     pub on: BodySurface,
-    /// Force per area (Pa), one number per axis; `[0.0, -50.0e3]` presses down in 2-D.
+    /// Force per area (Pa), one number per axis; `[0.0, -50.0e3]` presses down in 2-D. Give this or `pressure`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1, max = 3))]
-    pub traction: Vec<f64>,
-    /// Factors on the traction over time, `[[time (s), factor], …]`: linear in between, constant before and after.
-    /// By default the full traction from the start.
+    pub traction: Option<Vec<f64>>,
+    /// Pressure of a fluid outside (Pa), positive in compression. On a face it is a traction along the face's axis. On `"all"`
+    /// it acts on the true surface all round, as it moves, and also where supports hold the body. Give this or `traction`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub pressure: Option<f64>,
+    /// Factors on the load over time, `[[time (s), factor], …]`: linear in between, constant before and after.
+    /// By default the full load from the start.
     #[serde(default = "default_history")]
     #[schemars(length(min = 1))]
     pub history: Vec<[f64; 2]>,
-    /// What carries the load.
+    /// What carries the load on a face.
     #[serde(default)]
     pub applied_to: AppliedTo,
 }
@@ -402,8 +474,8 @@ pub enum AppliedTo {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct BodySurface {
-    /// Which way the surface looks.
-    pub surface: Face,
+    /// Which way the surface looks. A sphere has only `"all"`.
+    pub surface: Surface,
     /// The name of the body.
     pub of: String,
 }
@@ -414,7 +486,7 @@ pub struct BodySurface {
 pub struct Drainage {
     /// The surface: `{ surface = "y-max", of = "soil" }`.
     pub on: BodySurface,
-    /// Sides of the surface's cells that drain. By default the surface itself.
+    /// Sides of the surface's cells that drain. By default the surface itself; not with `"all"`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]
     pub sides: Option<Vec<Face>>,

@@ -1,7 +1,9 @@
 //! A case in motion: the model, and what is read off it.
 
+use tsutsumi::grid::Grid;
 use tsutsumi::tensor::Vector;
 
+use crate::fill::bounds;
 use crate::{Body, BodyShape, Case, Model};
 
 /// A model with the readings that a case asks for.
@@ -158,12 +160,36 @@ impl<const D: usize> Simulation<D> {
 }
 
 /// The edges of the bodies at the start, seen along the axes `across` and `up` (m).
-pub(crate) fn outlines(bodies: &[Body], across: usize, up: usize) -> Vec<[[f64; 2]; 2]> {
-    let corners = |body: &Body| {
-        let BodyShape::Box(shape) = &body.shape;
-        let (x0, x1) = (shape.min[across], shape.max[across]);
-        let (y0, y1) = (shape.min[up], shape.max[up]);
-        [[[x0, y0], [x1, y0]], [[x1, y0], [x1, y1]], [[x1, y1], [x0, y1]], [[x0, y1], [x0, y0]]]
+pub(crate) fn outlines<const D: usize>(
+    bodies: &[Body],
+    grid: &Grid<D>,
+    across: usize,
+    up: usize,
+) -> Vec<[[f64; 2]; 2]> {
+    let edges = |body: &Body| {
+        let corners = outline(&body.shape, grid, across, up);
+        let next = corners.iter().cycle().skip(1);
+        corners.iter().zip(next).map(|(&from, &to)| [from, to]).collect::<Vec<_>>()
     };
-    bodies.iter().flat_map(corners).collect()
+    bodies.iter().flat_map(edges).collect()
+}
+
+/// The corners of the edge of a shape, one after the other.
+fn outline<const D: usize>(shape: &BodyShape, grid: &Grid<D>, across: usize, up: usize) -> Vec<[f64; 2]> {
+    let (lower, upper) = bounds(shape, grid);
+    match shape {
+        BodyShape::Box(_) => {
+            let (x, y) = ([lower[across], upper[across]], [lower[up], upper[up]]);
+            vec![[x[0], y[0]], [x[1], y[0]], [x[1], y[1]], [x[0], y[1]]]
+        }
+        // A circle of 96 corners, pressed into the box that cuts it.
+        BodyShape::Sphere(sphere) => (0..96)
+            .map(|corner| {
+                let angle = f64::from(corner) / 96.0 * std::f64::consts::TAU;
+                let x = sphere.center[across] + sphere.radius * angle.cos();
+                let y = sphere.center[up] + sphere.radius * angle.sin();
+                [x.max(lower[across]).min(upper[across]), y.max(lower[up]).min(upper[up])]
+            })
+            .collect(),
+    }
 }

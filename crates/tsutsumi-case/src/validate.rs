@@ -350,11 +350,10 @@ impl<'a> Checks<'a> {
         }
         let materials: Vec<_> = self.case.materials.keys().map(String::as_str).collect();
         self.refers(key.clone().key("material"), "material", &body.material, &materials);
-        let BodyShape::Box(shape) = &body.shape;
-        let has_box = self.body_box(&key.clone().key("shape").key("box"), shape);
+        let bounds = self.shape(&key.clone().key("shape"), &body.shape);
         let has_particles = self.particles_per_cell(&key.clone().key("particles_per_cell"), &body.particles_per_cell);
-        if self.has_grid && has_box && has_particles {
-            self.particle_count(key, shape, &body.particles_per_cell);
+        if let (true, Some(bounds), true) = (self.has_grid, bounds, has_particles) {
+            self.particle_count(key, &bounds, &body.particles_per_cell);
         }
         self.initial(&key.clone().key("initial"), &body.initial);
     }
@@ -392,6 +391,53 @@ impl<'a> Checks<'a> {
             is_good &= self.in_grid(key.clone().key("max").index(axis), axis, shape.max[axis]);
         }
         is_good
+    }
+
+    /// A box that holds the shape, if it is a good one.
+    fn shape(&mut self, key: &KeyPath, shape: &BodyShape) -> Option<BoxShape> {
+        match shape {
+            BodyShape::Box(shape) => self.body_box(&key.clone().key("box"), shape).then(|| shape.clone()),
+            BodyShape::Sphere(shape) => self.sphere(&key.clone().key("sphere"), shape),
+        }
+    }
+
+    fn sphere(&mut self, key: &KeyPath, shape: &SphereShape) -> Option<BoxShape> {
+        if self.case.dimension == 1 {
+            self.report(key.clone(), format!("`{key}` needs 2 or 3 dimensions"), "in one dimension, take a box");
+            return None;
+        }
+        let has_center = self.vector(key.clone().key("center"), &shape.center);
+        let has_radius = self.positive(key.clone().key("radius"), shape.radius);
+        let within = key.clone().key("within");
+        let has_within = shape.within.as_ref().is_none_or(|shape| self.body_box(&within, shape));
+        if !(has_center && has_radius && has_within) {
+            return None;
+        }
+        let mut bounds = BoxShape { min: Vec::new(), max: Vec::new() };
+        for axis in 0..self.case.dimension {
+            let (lower, upper) = match &shape.within {
+                Some(within) => (within.min[axis], within.max[axis]),
+                None if self.has_grid => self.extent(axis),
+                None => return None,
+            };
+            let (from, to) = (shape.center[axis] - shape.radius, shape.center[axis] + shape.radius);
+            if to <= lower || from >= upper {
+                let what = if shape.within.is_some() { "its box" } else { "the grid" };
+                let message = format!("`{key}` lies outside {what} along {}", Axis::ALL[axis].name());
+                let help = format!(
+                    "there the sphere reaches from {} to {}, {what} from {} to {}",
+                    number(from),
+                    number(to),
+                    number(lower),
+                    number(upper)
+                );
+                self.report(key.clone().key("center").index(axis), message, help);
+                return None;
+            }
+            bounds.min.push(from.max(lower));
+            bounds.max.push(to.min(upper));
+        }
+        Some(bounds)
     }
 
     fn corners(&mut self, key: &KeyPath, shape: &BoxShape) -> bool {
@@ -489,7 +535,21 @@ impl<'a> Checks<'a> {
             if let Some(region) = &support.region {
                 self.region(&key.clone().key("region"), region);
             }
-            self.fixed_axes(&key.clone().key("fix"), &support.fix);
+            self.held_axes(&key, support);
+        }
+    }
+
+    fn held_axes(&mut self, key: &KeyPath, support: &Support) {
+        if support.fix.is_empty() && support.together.is_empty() {
+            let help = "name the axes: fix = [\"x\"], or together = [\"x\"] for a rigid plate";
+            self.report(key.clone(), format!("`{key}` holds nothing"), help);
+        }
+        self.axes(&key.clone().key("fix"), &support.fix);
+        self.axes(&key.clone().key("together"), &support.together);
+        for (index, axis) in support.together.iter().enumerate().filter(|(_, axis)| support.fix.contains(axis)) {
+            let place = key.clone().key("together").index(index);
+            let message = format!("`{place}` is `{}`, which `{key}.fix` holds already", axis.name());
+            self.report(place, message, "nodes that do not move along an axis need not move as one along it");
         }
     }
 
@@ -501,10 +561,7 @@ impl<'a> Checks<'a> {
         }
     }
 
-    fn fixed_axes(&mut self, key: &KeyPath, axes: &[Axis]) {
-        if axes.is_empty() {
-            self.report(key.clone(), format!("`{key}` is empty: nothing is held"), "name the axes: [\"x\"]");
-        }
+    fn axes(&mut self, key: &KeyPath, axes: &[Axis]) {
         for (index, axis) in axes.iter().enumerate().filter(|(_, axis)| axis.index() >= self.case.dimension) {
             let place = key.clone().index(index);
             let known: Vec<_> = Axis::ALL[..self.case.dimension].iter().map(|axis| axis.name()).collect();
@@ -535,7 +592,15 @@ impl<'a> Checks<'a> {
     }
 
     fn body_surface(&mut self, key: &KeyPath, on: &BodySurface) {
-        self.face(key.clone().key("surface"), on.surface);
+        let surface = key.clone().key("surface");
+        if let Some(face) = on.surface.face() {
+            self.face(surface.clone(), face);
+            let is_sphere = |body: &Body| body.name() == on.of && matches!(body.shape, BodyShape::Sphere(_));
+            if self.case.bodies.iter().any(is_sphere) {
+                let message = format!("`{surface}` is `{}`, but `{}` is a sphere", face.name(), quoted(&on.of));
+                self.report(surface, message, "a sphere has one surface: \"all\"");
+            }
+        }
         let bodies = self.body_names();
         self.refers(key.clone().key("of"), "body", &on.of, &bodies);
     }
@@ -552,8 +617,33 @@ impl<'a> Checks<'a> {
         for (index, load) in self.case.loads.iter().enumerate() {
             let key = KeyPath::from("loads").index(index);
             self.body_surface(&key.clone().key("on"), &load.on);
-            self.vector(key.clone().key("traction"), &load.traction);
+            self.traction_or_pressure(&key, load);
             self.history(&key.clone().key("history"), &load.history);
+        }
+    }
+
+    fn traction_or_pressure(&mut self, key: &KeyPath, load: &Load) {
+        match (&load.traction, load.pressure) {
+            (Some(_), Some(_)) => {
+                let message = format!("`{key}` has both a `traction` and a `pressure`");
+                self.report(key.clone().key("pressure"), message, "write two [[loads]], one for each");
+            }
+            (None, None) => {
+                let message = format!("`{key}` has neither a `traction` nor a `pressure`");
+                self.report(key.clone(), message, "add one, such as pressure = 10.0e3");
+            }
+            _ => {}
+        }
+        if let Some(traction) = &load.traction {
+            self.vector(key.clone().key("traction"), traction);
+            if load.on.surface == Surface::All {
+                let place = key.clone().key("on").key("surface");
+                let message = format!("`{place}` is `all`, but a traction points one way");
+                self.report(place, message, "name a face, such as \"y-max\", or give a `pressure`");
+            }
+        }
+        if let Some(pressure) = load.pressure {
+            self.finite(key.clone().key("pressure"), pressure);
         }
     }
 
@@ -591,6 +681,10 @@ impl<'a> Checks<'a> {
                     format!("`{sides}` is empty: nothing drains"),
                     "leave it out to drain the surface itself",
                 );
+            }
+            if drainage.sides.is_some() && drainage.on.surface == Surface::All {
+                let message = format!("`{sides}` cannot be given for the surface `all`");
+                self.report(sides.clone(), message, "there every free side drains: leave it out");
             }
             for (side, &face) in drainage.sides.iter().flatten().enumerate() {
                 self.face(sides.clone().index(side), face);

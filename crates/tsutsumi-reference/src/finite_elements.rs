@@ -233,6 +233,9 @@ impl<const D: usize> FiniteElements<D> {
         continuity.mean_pressures(points, &active, &mut cells);
         let outflow_rate = continuity.outflow_rate(&cells);
         let zeros = vec![Vector::zeros(); grid.num_nodes()];
+        for tie in &sums.ties {
+            tie.gather(&mut sums.velocity_old);
+        }
         let momentum_to_velocity = |node: usize| sums.velocity_old[node].component_mul(&sums.mobility[node]);
         let step = Motion {
             velocity: (0..grid.num_nodes()).map(momentum_to_velocity).collect(),

@@ -75,6 +75,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     gravity: f64,
     velocity_update: Box<dyn VelocityUpdate<D>>,
     rollers: bool,
+    plates: Vec<Side>,
     drained: Vec<Side>,
     tractions: Vec<Traction<D>>,
     stress: Field<Sym3, D>,
@@ -100,6 +101,7 @@ impl<const D: usize> Body<D> {
             gravity: 0.0,
             velocity_update: Box::new(Mpm1),
             rollers: false,
+            plates: Vec::new(),
             drained: Vec::new(),
             tractions: Vec::new(),
             stress: Box::new(|_| Sym3::ZERO),
@@ -139,6 +141,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             gravity: self.gravity,
             velocity_update: self.velocity_update,
             rollers: self.rollers,
+            plates: self.plates,
             drained: self.drained,
             tractions: self.tractions,
             stress: self.stress,
@@ -205,6 +208,12 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
     /// Rollers on the base of the grid and on all its sides but the top.
     pub fn on_rollers(mut self) -> Self {
         self.rollers = true;
+        self
+    }
+
+    /// A rigid plate on a side of the body that lies on a grid line: the nodes there move as one along the side's axis.
+    pub fn plate(mut self, side: Side) -> Self {
+        self.plates.push(side);
         self
     }
 
@@ -320,6 +329,11 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
                 normal.insert(side.axis);
                 boundary.fix_side(&self.grid, side, normal);
             }
+        }
+        for plate in &self.plates {
+            let place = if plate.upper { self.to } else { self.from }[plate.axis];
+            let reach = 1e-6 * self.grid.spacing()[plate.axis];
+            boundary.tie(&self.grid, plate.axis, |node| (node[plate.axis] - place).abs() < reach);
         }
         for load in &self.tractions {
             let force = |p: usize| {

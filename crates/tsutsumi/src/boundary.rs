@@ -1,6 +1,8 @@
 //! Supports and loads. Drainage is carried by the particles, see [`Particles::drained`].
 
-use crate::grid::{ActiveSet, Grid, NodeFields, Side};
+use std::ops::Range;
+
+use crate::grid::{ActiveSet, Grid, NodeFields, Side, Tie};
 use crate::particles::Particles;
 use crate::tensor::Vector;
 use crate::transfer::Transfer;
@@ -64,17 +66,38 @@ pub struct Load<const D: usize> {
     pub applied_to: AppliedTo,
 }
 
+/// A fluid that presses on a body from outside, all round, normal to its surface as it is at the time.
+///
+/// It acts on every side of the body, also where another body or a support touches it; a support takes up the force there.
+#[derive(Debug, Clone, PartialEq)]
+pub struct FluidLoad {
+    /// The particles of the body.
+    pub particles: Range<usize>,
+    /// The pressure where the history is 1 (Pa, positive in compression).
+    pub pressure: f64,
+    /// How the pressure varies with time.
+    pub history: History,
+}
+
 /// What holds and pushes the body (steps 2 and 4 of the algorithm).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Boundary<const D: usize> {
     fixed: Vec<AxisSet>,
+    /// The nodes that move as one, wherever the body is.
+    ties: Vec<Tie>,
     loads: Vec<Load<D>>,
+    fluid_loads: Vec<FluidLoad>,
 }
 
 impl<const D: usize> Boundary<D> {
     /// No support and no load.
     pub fn free(grid: &Grid<D>) -> Self {
-        Boundary { fixed: vec![AxisSet::default(); grid.num_nodes()], loads: Vec::new() }
+        Boundary {
+            fixed: vec![AxisSet::default(); grid.num_nodes()],
+            ties: Vec::new(),
+            loads: Vec::new(),
+            fluid_loads: Vec::new(),
+        }
     }
 
     /// Holds the nodes for which `holds(position)` is true along the given axes.
@@ -88,14 +111,47 @@ impl<const D: usize> Boundary<D> {
 
     /// Holds the nodes of a side of the grid along the given axes.
     pub fn fix_side(&mut self, grid: &Grid<D>, side: Side, axes: AxisSet) {
-        let stride = grid.node_strides()[side.axis];
-        let last = grid.cells()[side.axis];
-        let wanted = if side.upper { last } else { 0 };
         for (node, fixed) in self.fixed.iter_mut().enumerate() {
-            if node / stride % (last + 1) == wanted {
+            if is_on_side(grid, side, node) {
                 fixed.0 |= axes.0;
             }
         }
+    }
+
+    /// Makes the nodes for which `belongs(position)` is true move as one along an axis: a rigid plate. Only those with
+    /// material take part.
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// a = Σ F_I / Σ m_I      v = Σ m_I v_I / Σ m_I          over the nodes of the plate
+    /// ```
+    ///
+    /// Where it shares a node with an earlier tie of the same axis, the two become one. A tie with a fixed node is held as a
+    /// whole.
+    pub fn tie(&mut self, grid: &Grid<D>, axis: usize, belongs: impl Fn(Vector<D>) -> bool) {
+        self.tie_nodes(grid, axis, |node| belongs(grid.node_position(node)));
+    }
+
+    /// Makes the nodes of a side of the grid move as one along an axis, see [`Boundary::tie`].
+    pub fn tie_side(&mut self, grid: &Grid<D>, side: Side, axis: usize) {
+        self.tie_nodes(grid, axis, |node| is_on_side(grid, side, node));
+    }
+
+    fn tie_nodes(&mut self, grid: &Grid<D>, axis: usize, belongs: impl Fn(usize) -> bool) {
+        let mut nodes: Vec<u32> = (0..grid.num_nodes()).filter(|&node| belongs(node)).map(|node| node as u32).collect();
+        self.ties.retain(|tie| {
+            let is_apart = tie.axis() != axis || tie.nodes().iter().all(|node| nodes.binary_search(node).is_err());
+            if !is_apart {
+                nodes.extend(tie.nodes());
+                nodes.sort_unstable();
+                nodes.dedup();
+            }
+            is_apart
+        });
+        let mut tie = Tie::with_capacity(axis, nodes.len());
+        tie.set_nodes(nodes.into_iter());
+        self.ties.push(tie);
     }
 
     /// Adds a load.
@@ -103,7 +159,17 @@ impl<const D: usize> Boundary<D> {
         self.loads.push(load);
     }
 
-    /// The loads.
+    /// Adds a fluid that presses on a body all round.
+    pub fn push_fluid_load(&mut self, load: FluidLoad) {
+        self.fluid_loads.push(load);
+    }
+
+    /// The fluids that press on bodies.
+    pub fn fluid_loads(&self) -> &[FluidLoad] {
+        &self.fluid_loads
+    }
+
+    /// The loads carried by particles.
     pub fn loads(&self) -> &[Load<D>] {
         &self.loads
     }
@@ -136,6 +202,10 @@ impl<const D: usize> Boundary<D> {
                 transfer.spread_force(grid, particles.cell[p] as usize, &point, &(force * factor), nodes);
             }
         }
+        for load in &self.fluid_loads {
+            let pressure = load.pressure * load.history.factor(time);
+            transfer.spread_pressure(grid, particles, load.particles.clone(), pressure, nodes);
+        }
     }
 
     /// Takes the mobility 1/m_I from the nodes' masses, zero where a support holds or there is no mass to move.
@@ -148,7 +218,30 @@ impl<const D: usize> Boundary<D> {
             let fixed = self.fixed[node];
             nodes.mobility[node] = Vector::from_fn(|axis, _| if fixed.contains(axis) { 0.0 } else { inverse });
         }
+        self.tie_active(active, nodes);
     }
+
+    /// Lists the tied nodes that have mass, and gives them the mobility of their whole.
+    fn tie_active(&self, active: &ActiveSet, nodes: &mut NodeFields<D>) {
+        if nodes.ties.len() != self.ties.len() {
+            nodes.ties = self.ties.iter().map(|tie| Tie::with_capacity(tie.axis(), tie.nodes().len())).collect();
+        }
+        let NodeFields { ties, mass, mobility, .. } = nodes;
+        for (whole, tie) in self.ties.iter().zip(ties) {
+            let has_mass = |node: &u32| active.has_node(*node as usize) && mass[*node as usize] > f64::MIN_POSITIVE;
+            tie.set_nodes(whole.nodes().iter().copied().filter(has_mass));
+            let is_held = whole.nodes().iter().any(|&node| self.fixed[node as usize].contains(tie.axis()));
+            let total: f64 = tie.nodes().iter().map(|&node| mass[node as usize]).sum();
+            for &node in tie.nodes() {
+                mobility[node as usize][tie.axis()] = if is_held { 0.0 } else { 1.0 / total };
+            }
+        }
+    }
+}
+
+fn is_on_side<const D: usize>(grid: &Grid<D>, side: Side, node: usize) -> bool {
+    let last = grid.cells()[side.axis];
+    node / grid.node_strides()[side.axis] % (last + 1) == if side.upper { last } else { 0 }
 }
 
 #[cfg(test)]
@@ -162,6 +255,21 @@ mod tests {
         assert_eq!(History::new(vec![]).factor(2.0), 1.0);
         let jump = History::new(vec![[0.0, 1.0], [1.0, 1.0], [1.0, 2.0]]);
         assert_eq!([0.5, 1.0].map(|t| jump.factor(t)), [1.0, 2.0]);
+    }
+
+    #[test]
+    fn ties_that_share_a_node_become_one() {
+        let grid = Grid::new(Vector::<2>::zeros(), Vector::<2>::repeat(1.0), [3, 1]).unwrap();
+        let mut boundary = Boundary::free(&grid);
+        let between = |from: f64, to: f64| move |x: Vector<2>| x[1] == 1.0 && (from..=to).contains(&x[0]);
+        boundary.tie(&grid, 1, between(0.0, 1.0));
+        boundary.tie(&grid, 0, between(0.0, 1.0));
+        boundary.tie(&grid, 1, between(3.0, 3.0));
+        boundary.tie(&grid, 1, between(1.0, 2.0));
+        let ties: Vec<(usize, &[u32])> = boundary.ties.iter().map(|tie| (tie.axis(), tie.nodes())).collect();
+        assert_eq!(ties, [(0, &[4, 5][..]), (1, &[7]), (1, &[4, 5, 6])]);
+        boundary.tie_side(&grid, Side { axis: 1, upper: true }, 1);
+        assert_eq!(boundary.ties[1].nodes(), [4, 5, 6, 7]);
     }
 
     #[test]

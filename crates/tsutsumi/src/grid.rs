@@ -241,7 +241,8 @@ impl<const D: usize> Grid<D> {
 pub struct NodeFields<const D: usize> {
     /// Lumped mass m_I (kg).
     pub mass: Vec<f64>,
-    /// One over the mass, per axis; zero where a support holds the node or there is no mass (1/kg).
+    /// One over the mass, per axis; zero where a support holds the node or there is no mass (1/kg). Nodes that move as one
+    /// have one over the mass of all of them.
     pub mobility: Vec<Vector<D>>,
     /// Velocity at the start of the step, v_I of Eq. (10) (m/s). Holds the momentum (kg m/s) while sums are made.
     pub velocity_old: Vec<Vector<D>>,
@@ -251,6 +252,47 @@ pub struct NodeFields<const D: usize> {
     pub acceleration: Vec<Vector<D>>,
     /// Force of Eq. (5) without the pore pressure (N).
     pub force: Vec<Vector<D>>,
+    /// The sets of nodes that move as one in this step. No node is in two of the same axis.
+    pub ties: Vec<Tie>,
+}
+
+/// Nodes that move as one along an axis.
+#[derive(Debug, Clone, Default, PartialEq, Eq)]
+pub struct Tie {
+    axis: usize,
+    nodes: Vec<u32>,
+}
+
+impl Tie {
+    /// A tie along an axis (0 = x) without nodes, with room for `capacity` of them.
+    pub fn with_capacity(axis: usize, capacity: usize) -> Self {
+        Tie { axis, nodes: Vec::with_capacity(capacity) }
+    }
+
+    /// The axis along which the nodes move as one, 0 = x.
+    pub fn axis(&self) -> usize {
+        self.axis
+    }
+
+    /// The nodes.
+    pub fn nodes(&self) -> &[u32] {
+        &self.nodes
+    }
+
+    /// Replaces the nodes.
+    pub fn set_nodes(&mut self, nodes: impl Iterator<Item = u32>) {
+        self.nodes.clear();
+        self.nodes.extend(nodes);
+    }
+
+    /// Gives every node of the tie the sum over it, along its axis: of forces or of momenta. The product with the mobility
+    /// is then the one motion of all, the same in every bit.
+    pub fn gather<const D: usize>(&self, field: &mut [Vector<D>]) {
+        let sum: f64 = self.nodes.iter().map(|&node| field[node as usize][self.axis]).sum();
+        for &node in &self.nodes {
+            field[node as usize][self.axis] = sum;
+        }
+    }
 }
 
 impl<const D: usize> NodeFields<D> {
@@ -264,6 +306,18 @@ impl<const D: usize> NodeFields<D> {
             velocity: vectors.clone(),
             acceleration: vectors.clone(),
             force: vectors,
+            ties: Vec::new(),
+        }
+    }
+
+    /// Turns forces (N) that stand in `acceleration` into accelerations: M⁻¹ F, with the tied nodes as one.
+    pub fn forces_to_accelerations(&mut self, active: &ActiveSet) {
+        for tie in &self.ties {
+            tie.gather(&mut self.acceleration);
+        }
+        for &node in active.nodes() {
+            let node = node as usize;
+            self.acceleration[node] = self.acceleration[node].component_mul(&self.mobility[node]);
         }
     }
 
@@ -364,6 +418,12 @@ impl ActiveSet {
     /// The nodes of the active cells.
     pub fn nodes(&self) -> &[u32] {
         &self.nodes
+    }
+
+    /// True when the node touches an active cell.
+    #[inline]
+    pub fn has_node(&self, node: usize) -> bool {
+        self.node_is_active[node]
     }
 
     /// The place of a cell among the active ones.

@@ -8,6 +8,7 @@ mod coupled;
 mod dry;
 mod envelope;
 mod geometry;
+mod tied;
 
 pub use coupled::{Coupled, Fluid, Quadrature};
 pub use dry::Dry;

@@ -324,8 +324,11 @@ fn strain_increments<const D: usize>(at_particles: &[Gathered<D>], dt: f64, incr
 }
 
 impl<const D: usize> NodeFields<D> {
-    /// v_I = Σ M_p V_p N_I / m_I; zero where a support holds.
+    /// v_I = Σ M_p V_p N_I / m_I; zero where a support holds, one for all nodes that move as one.
     fn momentum_to_velocity(&mut self, active: &ActiveSet) {
+        for tie in &self.ties {
+            tie.gather(&mut self.velocity_old);
+        }
         for &node in active.nodes() {
             let node = node as usize;
             self.velocity_old[node] = self.velocity_old[node].component_mul(&self.mobility[node]);

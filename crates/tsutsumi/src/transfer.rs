@@ -95,6 +95,26 @@ pub trait Transfer<const D: usize>: Send + Sync {
         force: &Vector<D>,
         nodes: &mut NodeFields<D>,
     );
+
+    /// Adds the forces of a fluid that presses all round on a body, the particles `of`, to the nodes.
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// f_I = −∮ q n N_I dS = −q ∫ ∇N_I dΩ = −q Σ_p Ω_p ∇N_I(X_p)
+    /// ```
+    ///
+    /// by the divergence theorem: no surface has to be found. `pressure` q in Pa, positive in compression. The sum is over the
+    /// particles whatever the quadrature of the pore pressure, as that of the effective stress is: a uniform σ' = −q I is in
+    /// equilibrium with q to round-off.
+    fn spread_pressure(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        of: Range<usize>,
+        pressure: f64,
+        nodes: &mut NodeFields<D>,
+    );
 }
 
 /// A point's weights in its cell's stencil.
@@ -265,5 +285,20 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         let highest = lowest + grid.spacing();
         let inside = Vector::from_fn(|axis, _| point[axis].clamp(lowest[axis], highest[axis]));
         Stencil::of_point(self, grid, cell, &inside).visit::<S>(|_, node, value, _| nodes.force[node] += force * value);
+    }
+
+    fn spread_pressure(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        of: Range<usize>,
+        pressure: f64,
+        nodes: &mut NodeFields<D>,
+    ) {
+        for p in of {
+            let strength = pressure * particles.volume[p];
+            Stencil::of_particle(self, grid, particles, p)
+                .visit::<S>(|_, node, _, gradient| nodes.force[node] -= gradient * strength);
+        }
     }
 }

@@ -19,11 +19,18 @@ fn cells<const D: usize>(solver: &Solver<D>) -> Vec<u32> {
 }
 
 fn a_loaded_layer_allocates_nothing<const D: usize>(width: usize, height: f64, iterates: bool) {
-    let mut solver = Body::<D>::layer(height, 1.0, width)
-        .gravity(9.8)
-        .drained(top::<D>())
-        .load_on_surface(top::<D>(), down(50e3), History::new(vec![[0.0, 0.0], [1.0, 1.0]]))
-        .build();
+    let layer = || {
+        Body::<D>::layer(height, 1.0, width).gravity(9.8).drained(top::<D>()).load_on_surface(
+            top::<D>(),
+            down(50e3),
+            History::new(vec![[0.0, 0.0], [1.0, 1.0]]),
+        )
+    };
+    stepping_allocates_nothing(layer().build(), iterates);
+    stepping_allocates_nothing(layer().plate(top::<D>()).build(), iterates);
+}
+
+fn stepping_allocates_nothing<const D: usize>(mut solver: Solver<D>, iterates: bool) {
     run(&mut solver, 0.002, 3).unwrap();
     assert_eq!(solver.step(0.002).unwrap().pressure.iterations > 0, iterates, "the solver chosen");
     assert_eq!(allocations(&mut solver, 0.002, 20), 0);

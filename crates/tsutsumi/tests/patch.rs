@@ -11,7 +11,7 @@
 
 #![allow(clippy::unwrap_used, reason = "a test reports by panicking")]
 
-use tsutsumi::boundary::History;
+use tsutsumi::boundary::{Boundary, FluidLoad, History};
 use tsutsumi::grid::{NodeFields, Side};
 use tsutsumi::pressure::Quadrature;
 use tsutsumi::shape::Linear;
@@ -101,6 +101,44 @@ fn a_uniform_stress_is_in_equilibrium_in_1d_2d_and_3d() {
     a_uniform_stress_is_in_equilibrium::<1>(1.0, 3.0, Some(Quadrature::Cell));
     a_uniform_stress_is_in_equilibrium::<2>(1.0, 3.0, Some(Quadrature::Cell));
     a_uniform_stress_is_in_equilibrium::<3>(1.0, 3.0, Some(Quadrature::Cell));
+}
+
+/// A fluid all round a box presses like normal tractions on its faces: the divergence theorem, particle by particle. Exact for
+/// surfaces on grid lines and inside cells, as N_I is linear along each edge.
+fn a_fluid_outside_presses_like_tractions_on_the_faces<const D: usize>(corner: f64, edge: f64) {
+    let (q, time) = (20e3, 0.5);
+    let history = || History::new(vec![[0.0, 0.0], [1.0, 1.0]]);
+    let from = Vector::repeat(corner);
+    let body = || Body::<D>::free(from, from + Vector::repeat(edge), 1.0, [5; D]).particles_per_cell([4; D]);
+    let mut with_tractions = body();
+    for side in Side::all::<D>() {
+        let normal = Vector::from_fn(|axis, _| if axis == side.axis { side.sign() } else { 0.0 });
+        with_tractions = with_tractions.load_on_surface(side, normal * -q, history());
+    }
+    let with_tractions = with_tractions.build();
+    let (grid, particles) = (with_tractions.grid(), with_tractions.particles());
+    let mut fluid = Boundary::free(grid);
+    fluid.push_fluid_load(FluidLoad { particles: 0..particles.len(), pressure: q, history: history() });
+    let forces = |boundary: &Boundary<D>| {
+        let mut nodes = NodeFields::new(grid);
+        boundary.add_loads(grid, &Linear, particles, time, &mut nodes);
+        nodes.force
+    };
+    let (expected, forces) = (forces(with_tractions.boundary()), forces(&fluid));
+    assert!(expected.iter().any(|force| force.norm() > 100.0));
+    for (force, expected) in forces.iter().zip(&expected) {
+        // Some hundred parts of 20 kPa × 1 m² each.
+        assert_close("force", (force - expected).norm(), 0.0, 1e-13 * q * 10.0);
+    }
+}
+
+#[test]
+fn a_fluid_outside_presses_like_tractions_on_the_faces_in_1d_2d_and_3d() {
+    for (corner, edge) in [(1.0, 3.0), (0.75, 2.75)] {
+        a_fluid_outside_presses_like_tractions_on_the_faces::<1>(corner, edge);
+        a_fluid_outside_presses_like_tractions_on_the_faces::<2>(corner, edge);
+        a_fluid_outside_presses_like_tractions_on_the_faces::<3>(corner, edge);
+    }
 }
 
 /// Dry soil on rollers under a load put on smoothly: σ' = −q and ε = −q/E_oed everywhere.

@@ -17,14 +17,21 @@ impl<const D: usize> Unknowns<D> {
     /// Numbers the displacements with mobility and, in saturated ground, the pressures of the active cells.
     pub(super) fn new(grid: &Grid<D>, active: &ActiveSet, nodes: &NodeFields<D>, saturated: bool) -> Self {
         let mut of_node = vec![[HELD; D]; grid.num_nodes()];
+        // Nodes that move as one share the unknown of the first of them.
+        let tied_before = |node: u32, axis: usize| {
+            let tie = nodes.ties.iter().find(|tie| tie.axis() == axis && tie.nodes().contains(&node))?;
+            tie.nodes().iter().copied().min().filter(|&first| first < node)
+        };
         let mut count = 0;
         for &node in active.nodes() {
-            for (row, mobility) in of_node[node as usize].iter_mut().zip(&nodes.mobility[node as usize]) {
-                if *mobility > 0.0 {
-                    *row = count;
+            of_node[node as usize] = std::array::from_fn(|axis| match tied_before(node, axis) {
+                Some(first) => of_node[first as usize][axis],
+                None if nodes.mobility[node as usize][axis] > 0.0 => {
                     count += 1;
+                    count - 1
                 }
-            }
+                None => HELD,
+            });
         }
         let pressures = if saturated { active.cells().len() } else { 0 };
         Unknowns { of_node, displacements: count as usize, pressures }

@@ -3,6 +3,7 @@ use std::ops::Range;
 use super::conjugate_gradient::{Breakdown, ConjugateGradient};
 use super::envelope::Envelope;
 use super::geometry::{FilledBox, fill_boxes, smallest_fill};
+use super::tied::TiedCells;
 use super::{PressureError, PressureReport, PressureScheme, StepView};
 use crate::grid::{CellFields, NodeFields, Side, SideSet};
 use crate::particles::Particles;
@@ -56,6 +57,8 @@ pub enum Quadrature {
 /// Where the conductivity varies, c is taken at the nodes, the mean of the cells around: the term is then the discrete
 /// form of ∮ (k/g) a · n dS, and the matrix stays symmetric.
 ///
+/// For nodes that move as one ([`NodeFields::ties`]) M⁻¹ is 1 1ᵀ / Σ m_I over them: a matrix of rank one each.
+///
 /// # Reference
 ///
 /// Goto et al., sec. 2.2; derivation in the book, "The continuity equation".
@@ -75,13 +78,18 @@ pub struct Coupled<const D: usize> {
     inner: Vec<(f64, f64)>,
     /// Slot, conductance and gravity flow of every drained side.
     drains: Vec<(u32, f64, f64)>,
-    /// c = γΔt − k/g of every node of the grid (s).
-    relaxation: Vec<f64>,
+    /// c = γΔt − k/g of every node of the grid, per axis (s).
+    relaxation: Vec<Vector<D>>,
+    /// c / m of every node of the grid, per axis; zero where the node is held or tied (s/kg).
+    compliance: Vec<Vector<D>>,
+    ties: Vec<TiedCells>,
     matrix: Envelope,
     iteration: ConjugateGradient,
     diagonal: Vec<f64>,
     right: Vec<f64>,
     solution: Vec<f64>,
+    /// Values by row, for the direct solver.
+    rows: Vec<f64>,
     nodal: Vec<Vector<D>>,
 }
 
@@ -139,11 +147,14 @@ impl<const D: usize> Coupled<D> {
             inner: Vec::new(),
             drains: Vec::new(),
             relaxation: Vec::new(),
+            compliance: Vec::new(),
+            ties: Vec::new(),
             matrix: Envelope::default(),
             iteration: ConjugateGradient::default(),
             diagonal: Vec::new(),
             right: Vec::new(),
             solution: Vec::new(),
+            rows: Vec::new(),
             nodal: Vec::new(),
         }
     }
@@ -162,10 +173,11 @@ impl<const D: usize> Coupled<D> {
                 at.transfer.divergence_of_cell(at.grid, cell as usize, of_cell);
             }
         }
-        self.relaxation.resize(at.grid.num_nodes(), 0.0);
-        self.nodal.resize(at.grid.num_nodes(), Vector::zeros());
+        for nodal in [&mut self.relaxation, &mut self.compliance, &mut self.nodal] {
+            nodal.resize(at.grid.num_nodes(), Vector::zeros());
+        }
         self.iteration.resize(size);
-        for work in [&mut self.diagonal, &mut self.right, &mut self.solution] {
+        for work in [&mut self.diagonal, &mut self.right, &mut self.solution, &mut self.rows] {
             work.resize(size, 0.0);
         }
         // Capacity for the most there can be, so that later steps do not allocate.
@@ -234,23 +246,52 @@ impl<const D: usize> Coupled<D> {
         }
     }
 
-    /// c = γΔt − k/g at the active nodes, k the mean of the cells around.
-    fn relax_nodes(&mut self, at: &StepView<D>) {
+    /// c = γΔt − k/g and c/m at the active nodes, k the mean of the cells around.
+    fn relax_nodes(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
         let per_conductivity = if self.fluid_inertia { self.fluid.density / self.fluid.unit_weight } else { 0.0 };
         for (i, &node) in at.active.nodes().iter().enumerate() {
             let around = self.topology.cells_of_node(i);
             let stencil_len = self.topology.stencil_len;
             let sum: f64 = around.iter().map(|&e| self.cells[e as usize / stencil_len].conductivity).sum();
-            self.relaxation[node as usize] = at.dt - per_conductivity * sum / around.len() as f64;
+            let relaxation = Vector::repeat(at.dt - per_conductivity * sum / around.len() as f64);
+            self.relaxation[node as usize] = relaxation;
+            self.compliance[node as usize] = nodes.mobility[node as usize].component_mul(&relaxation);
+        }
+        self.relax_ties(at, nodes);
+    }
+
+    /// One c for all nodes that move as one, and their part of the matrix.
+    fn relax_ties(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
+        let Coupled { relaxation, compliance, ties, topology, divergence, .. } = self;
+        ties.resize_with(nodes.ties.len(), TiedCells::default);
+        for (tied, tie) in ties.iter_mut().zip(&nodes.ties) {
+            let axis = tie.axis();
+            let members = || tie.nodes().iter().map(|&node| node as usize);
+            let mobility = members().next().map_or(0.0, |node| nodes.mobility[node][axis]);
+            let mass: f64 = members().map(|node| nodes.mass[node]).sum();
+            let weighted: f64 = members().map(|node| nodes.mass[node] * relaxation[node][axis]).sum();
+            for node in members() {
+                relaxation[node][axis] = weighted / mass;
+                compliance[node][axis] = 0.0;
+            }
+            let strength = if mobility > 0.0 { mobility * weighted / mass } else { 0.0 };
+            tied.resize(at.active.cells().len());
+            tied.measure(at, tie, strength, divergence, |place| topology.cells_of_node(place));
         }
     }
 
     /// C p|t − K_vᵀ [v + c M⁻¹ F] − q_g, into `right`.
     fn fill_right_side(&mut self, at: &StepView<D>, cells: &CellFields, nodes: &NodeFields<D>) {
         for &node in at.active.nodes() {
+            self.nodal[node as usize] = nodes.force[node as usize];
+        }
+        for tie in &nodes.ties {
+            tie.gather(&mut self.nodal);
+        }
+        for &node in at.active.nodes() {
             let node = node as usize;
-            let pushed = nodes.force[node].component_mul(&nodes.mobility[node]);
-            self.nodal[node] = nodes.velocity_old[node] + pushed * self.relaxation[node];
+            let pushed = self.nodal[node].component_mul(&nodes.mobility[node]);
+            self.nodal[node] = nodes.velocity_old[node] + pushed.component_mul(&self.relaxation[node]);
         }
         for (slot, &cell) in at.active.cells().iter().enumerate() {
             self.solution[slot] = cells.pressure_old[cell as usize];
@@ -267,7 +308,7 @@ impl<const D: usize> Coupled<D> {
     }
 
     /// Assembles and factorises the matrix, and solves: for small and narrow systems.
-    fn solve_directly(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) -> Result<usize, PressureError> {
+    fn solve_directly(&mut self, at: &StepView<D>) -> Result<usize, PressureError> {
         let topology = &self.topology;
         let row = |slot: u32| topology.row_of_slot[slot as usize] as usize;
         self.matrix.clear_values();
@@ -284,7 +325,7 @@ impl<const D: usize> Coupled<D> {
             self.matrix.add(row(slot), row(slot), conductance);
         }
         for (i, &node) in at.active.nodes().iter().enumerate() {
-            let compliance = nodes.mobility[node as usize] * self.relaxation[node as usize];
+            let compliance = self.compliance[node as usize];
             let around = topology.cells_of_node(i);
             for &e in around {
                 let row_e = row(e / topology.stencil_len as u32);
@@ -298,34 +339,50 @@ impl<const D: usize> Coupled<D> {
             }
         }
         self.matrix.factorize().map_err(|bad| {
-            let cell = at.cell_index_of_slot(topology.slot_of_row[bad.row] as usize);
-            let short_step = at.active.nodes().iter().any(|&node| self.relaxation[node as usize] < 0.0);
+            let slot = topology.slot_of_row[bad.row] as usize;
             match bad.pivot.is_finite() {
-                true => PressureError::NotPositiveDefinite { time: at.time, cell, pivot: bad.pivot, short_step },
-                false => PressureError::NotFinite { time: at.time, cell },
+                true => self.not_positive_definite(at, slot, bad.pivot),
+                false => PressureError::NotFinite { time: at.time, cell: at.cell_index_of_slot(slot) },
             }
         })?;
-        for (slot, &row) in topology.row_of_slot.iter().enumerate() {
-            self.solution[row as usize] = self.right[slot];
-        }
-        self.matrix.solve(&mut self.solution);
-        // Back from rows to slots; the right-hand side is no longer needed and lends its memory.
-        for (slot, &row) in topology.row_of_slot.iter().enumerate() {
-            self.right[slot] = self.solution[row as usize];
-        }
-        self.solution.copy_from_slice(&self.right);
+        self.factorize_ties().map_err(|(slot, pivot)| self.not_positive_definite(at, slot, pivot))?;
+        let Coupled { topology, matrix, rows, solution, right, ties, .. } = self;
+        solution.copy_from_slice(right);
+        topology.solve_rows(matrix, rows, solution);
+        ties.iter().for_each(|tie| tie.correct(solution));
         Ok(0)
     }
 
+    /// Prepares the corrections for the nodes that move as one, one set after the other.
+    ///
+    /// # Errors
+    /// The slot and the pivot where the matrix is not positive definite.
+    fn factorize_ties(&mut self) -> Result<(), (usize, f64)> {
+        let Coupled { topology, matrix, rows, ties, .. } = self;
+        for number in 0..ties.len() {
+            let (before, rest) = ties.split_at_mut(number);
+            let solve = |x: &mut [f64]| {
+                topology.solve_rows(matrix, rows, x);
+                before.iter().for_each(|tie| tie.correct(x));
+            };
+            rest[0].factorize(solve).map_err(|pivot| (rest[0].main_slot(), pivot))?;
+        }
+        Ok(())
+    }
+
+    fn not_positive_definite(&self, at: &StepView<D>, slot: usize, pivot: f64) -> PressureError {
+        let short_step = at.active.nodes().iter().any(|&node| self.relaxation[node as usize].min() < 0.0);
+        PressureError::NotPositiveDefinite { time: at.time, cell: at.cell_index_of_slot(slot), pivot, short_step }
+    }
+
     /// Solves by conjugate gradients without assembling the matrix, started from the last pressures.
-    fn solve_iteratively(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) -> Result<usize, PressureError> {
-        let Coupled { topology, divergence, cells, inner, drains, relaxation, nodal, diagonal, .. } = self;
-        let compliance = |node: usize| nodes.mobility[node] * relaxation[node];
+    fn solve_iteratively(&mut self, at: &StepView<D>) -> Result<usize, PressureError> {
+        let Coupled { topology, divergence, cells, inner, drains, compliance, ties, nodal, diagonal, .. } = self;
         for (slot, cell) in cells.iter().enumerate() {
             diagonal[slot] = cell.storage;
         }
         for (e, (&node, k)) in topology.stencils.iter().zip(divergence.iter()).enumerate() {
-            diagonal[e / topology.stencil_len] += k.component_mul(&compliance(node as usize)).dot(k);
+            diagonal[e / topology.stencil_len] += k.component_mul(&compliance[node as usize]).dot(k);
         }
         for (&(lower, upper, _), &(conductance, _)) in topology.faces.iter().zip(inner.iter()) {
             diagonal[lower as usize] += conductance;
@@ -334,11 +391,12 @@ impl<const D: usize> Coupled<D> {
         for &(slot, conductance, _) in drains.iter() {
             diagonal[slot as usize] += conductance;
         }
+        ties.iter().for_each(|tie| tie.add_diagonal(diagonal));
         let multiply = |p: &[f64], product: &mut [f64]| {
             topology.push_nodes(at, divergence, p, nodal);
             for &node in at.active.nodes() {
                 let node = node as usize;
-                nodal[node] = nodal[node].component_mul(&compliance(node));
+                nodal[node] = nodal[node].component_mul(&compliance[node]);
             }
             for (slot, cell) in cells.iter().enumerate() {
                 product[slot] = cell.storage * p[slot] + topology.divergence_of(slot, divergence, nodal);
@@ -351,14 +409,11 @@ impl<const D: usize> Coupled<D> {
             for &(slot, conductance, _) in drains.iter() {
                 product[slot as usize] += conductance * p[slot as usize];
             }
+            ties.iter().for_each(|tie| tie.add_product(p, product));
         };
-        self.iteration.solve(multiply, diagonal, &self.right, &mut self.solution).map_err(|breakdown| match breakdown {
-            Breakdown::Indefinite { row, quotient } => PressureError::NotPositiveDefinite {
-                time: at.time,
-                cell: at.cell_index_of_slot(row),
-                pivot: quotient,
-                short_step: at.active.nodes().iter().any(|&node| relaxation[node as usize] < 0.0),
-            },
+        let outcome = self.iteration.solve(multiply, diagonal, &self.right, &mut self.solution);
+        outcome.map_err(|breakdown| match breakdown {
+            Breakdown::Indefinite { row, quotient } => self.not_positive_definite(at, row, quotient),
             Breakdown::NotConverged { row, iterations, residual } => {
                 let cell = at.cell_index_of_slot(row);
                 PressureError::NotConverged { time: at.time, cell, iterations, residual }
@@ -459,6 +514,17 @@ impl Topology {
         self.direct = square_widths <= DIRECT_MEAN_SQUARE_WIDTH * cells.len().max(1);
     }
 
+    /// Solves with the factor of the direct solver, for values by slot; `rows` is a work array.
+    fn solve_rows(&self, factor: &Envelope, rows: &mut [f64], values: &mut [f64]) {
+        for (slot, &row) in self.row_of_slot.iter().enumerate() {
+            rows[row as usize] = values[slot];
+        }
+        factor.solve(rows);
+        for (slot, &row) in self.row_of_slot.iter().enumerate() {
+            values[slot] = rows[row as usize];
+        }
+    }
+
     fn find_first_columns(&mut self) {
         self.first_column.clear();
         self.first_column.extend(0..self.slot_of_row.len() as u32);
@@ -534,11 +600,10 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
             at.transfer.divergence_of_particles(at.grid, particles, at.active, &mut self.divergence);
         }
         self.measure_faces(at);
-        self.relax_nodes(at);
+        self.relax_nodes(at, nodes);
         self.fill_right_side(at, cells, nodes);
         Self::check_finite(at, &self.right)?;
-        let iterations =
-            if self.topology.direct { self.solve_directly(at, nodes)? } else { self.solve_iteratively(at, nodes)? };
+        let iterations = if self.topology.direct { self.solve_directly(at)? } else { self.solve_iteratively(at)? };
         Self::check_finite(at, &self.solution)?;
 
         for (slot, &cell) in at.active.cells().iter().enumerate() {
@@ -547,8 +612,9 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
         self.topology.push_nodes(at, &self.divergence, &self.solution, &mut self.nodal);
         for &node in at.active.nodes() {
             let node = node as usize;
-            nodes.acceleration[node] = (nodes.force[node] + self.nodal[node]).component_mul(&nodes.mobility[node]);
+            nodes.acceleration[node] = nodes.force[node] + self.nodal[node];
         }
+        nodes.forces_to_accelerations(at.active);
         let flow =
             |&(slot, conductance, gravity): &(u32, f64, f64)| conductance * self.solution[slot as usize] + gravity;
         Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })

@@ -20,8 +20,9 @@ impl<const D: usize> PressureScheme<D> for Dry {
     ) -> Result<PressureReport, PressureError> {
         for &node in at.active.nodes() {
             let node = node as usize;
-            nodes.acceleration[node] = nodes.force[node].component_mul(&nodes.mobility[node]);
+            nodes.acceleration[node] = nodes.force[node];
         }
+        nodes.forces_to_accelerations(at.active);
         Ok(PressureReport::default())
     }
 
