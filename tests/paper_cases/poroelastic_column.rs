@@ -9,108 +9,48 @@
 //!   ‾‾‾‾‾‾‾‾‾‾‾‾
 //! ```
 
-use std::path::Path;
-
-use tsutsumi_case::build::build;
-use tsutsumi_case::{Case, CaseSource, Registry, Simulation, Step, read_case};
 use tsutsumi_reference::consolidation::{Layer, Ramp};
 use tsutsumi_testkit::snapshot::Numbers;
 
+use crate::runs::{self, Curves, assert_within};
+
 /// Theory for small strains, with the compressibility of the water.
-const LAYER: Layer = Layer {
+pub(crate) const LAYER: Layer = Layer {
     height: 10.0,
     modulus: 16.5e6,
     conductivity: 5.52e-5,
     unit_weight: 9800.0,
     fluid_compressibility: 0.4 / 2.2e9,
 };
-const RAMP: Ramp = Ramp { load: 50e3, duration: 1000.0 };
+pub(crate) const RAMP: Ramp = Ramp { load: 50e3, duration: 1000.0 };
 
-/// One row of the readings.
-#[derive(Debug, Clone, Copy, PartialEq)]
-struct Reading {
-    time: f64,
-    base: f64,
-    middle: f64,
-    top: f64,
-    particles: f64,
-    surface: f64,
-}
+/// The readings that every comparison of curves is about.
+const QUANTITIES: [&str; 5] =
+    ["base.pressure", "middle.pressure", "top.pressure", "settlement.particles", "settlement.surface"];
 
-/// The readings of a run every so many seconds, and the number of its steps.
-#[derive(Debug)]
-struct Curves {
-    readings: Vec<Reading>,
-    steps: u64,
-}
-
-impl Curves {
-    fn at(&self, time: f64) -> Reading {
-        *self.readings.iter().find(|reading| (reading.time - time).abs() < 1e-6).expect("a reading at this time")
-    }
-}
-
-/// Runs a case file of the column with these overrides to a time, and reads it every `every` seconds.
+/// Runs a case file of the column.
 fn run(file: &str, overrides: &[&str], end: f64, every: f64) -> Curves {
-    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../paper-cases/poroelastic-column");
-    let source = CaseSource::read(folder.join(file)).unwrap();
-    let source = overrides.iter().fold(source, |source, text| source.with_override(text).unwrap());
-    let case = read_case(&source).unwrap();
-    match case.dimension {
-        1 => advance(build::<1>(&source, &case, &Registry::built_in()).unwrap(), &case, end, every),
-        2 => advance(build::<2>(&source, &case, &Registry::built_in()).unwrap(), &case, end, every),
-        _ => advance(build::<3>(&source, &case, &Registry::built_in()).unwrap(), &case, end, every),
-    }
-}
-
-fn advance<const D: usize>(mut simulation: Simulation<D>, case: &Case, end: f64, every: f64) -> Curves {
-    let names = simulation.reading_names();
-    let column = |name: &str| names.iter().position(|known| known == name).unwrap();
-    let columns =
-        ["time", "base.pressure", "middle.pressure", "top.pressure", "settlement.particles", "settlement.surface"]
-            .map(column);
-    let mut readings = Vec::new();
-    while simulation.model().time() < end * (1.0 - 1e-9) {
-        let dt = match case.time.step {
-            Step::Seconds(dt) => dt,
-            Step::Auto => {
-                let longest = case.time.safety * simulation.model().step_limits().unwrap().accurate();
-                every / (every / longest).ceil()
-            }
-        };
-        for _ in 0..(every / dt).round() as u64 {
-            simulation.model_mut().step(dt).unwrap();
-        }
-        let row = simulation.readings();
-        let [time, base, middle, top, particles, surface] = columns.map(|column| row[column]);
-        readings.push(Reading { time, base, middle, top, particles, surface });
-    }
-    Curves { readings, steps: simulation.model().steps() }
-}
-
-fn assert_within(name: &str, value: f64, expected: f64, tolerance: f64) {
-    let difference = value - expected;
-    assert!(difference.abs() <= tolerance, "{name}: {value} is {difference:e} from {expected}, allowed {tolerance:e}");
+    runs::run(&format!("poroelastic-column/{file}"), overrides, end, every)
 }
 
 /// The paper's run: 2-D, Δt = 5e-4 s, MPM①, whole-cell quadrature, load on particles; and what `auto` makes of it.
 #[test]
 fn the_papers_run_in_2d_and_with_an_automatic_step() {
     let paper = run("case.toml", &[], 1000.0, 10.0);
-    let last = paper.at(1000.0);
 
     // Pressure against the series at the cell's centre, 9.5 m deep. The grid's error at h = 1 m is of this size.
     let series = LAYER.pressure(RAMP, 9.5, 1000.0);
-    assert_within("base pressure", last.base, series, 1.5e-3 * series);
+    assert_within("base pressure", paper.at(1000.0, "base.pressure"), series, 1.5e-3 * series);
 
     // An independent 1-D program of the same equations gives 19.185 mm for particles that carry the load and are read
     // themselves, a quarter of a metre below the surface.
-    assert_within("settlement of the top particles", last.particles, 19.19e-3, 0.02e-3);
+    let particles = paper.at(1000.0, "settlement.particles");
+    assert_within("settlement of the top particles", particles, 19.19e-3, 0.02e-3);
 
     // "Slightly smaller" than theory, as the paper says, by 6.5 %: theory has the load and the reading at the surface.
     let theory = LAYER.settlement(RAMP, 1000.0);
     assert_within("theory", theory, 20.5e-3, 0.05e-3);
-    let short = 1.0 - last.particles / theory;
+    let short = 1.0 - particles / theory;
     assert!((0.06..0.07).contains(&short), "{short}");
 
     // The same curves with the automatic step, in at least 15 times fewer steps: hourglass modes govern.
@@ -121,19 +61,12 @@ fn the_papers_run_in_2d_and_with_an_automatic_step() {
 
 /// All curves agree within a part of their largest value.
 fn assert_same_curves(curves: &Curves, expected: &Curves, part: f64) {
-    type Quantity = fn(&Reading) -> f64;
-    let quantities: [(&str, Quantity); 5] = [
-        ("base", |reading| reading.base),
-        ("middle", |reading| reading.middle),
-        ("top", |reading| reading.top),
-        ("particles", |reading| reading.particles),
-        ("surface", |reading| reading.surface),
-    ];
-    assert_eq!(curves.readings.len(), expected.readings.len());
-    for (name, quantity) in quantities {
-        let largest = expected.readings.iter().map(quantity).fold(0.0, f64::max);
-        for (reading, other) in curves.readings.iter().zip(&expected.readings) {
-            assert_within(&format!("{name} at {} s", other.time), quantity(reading), quantity(other), part * largest);
+    assert_eq!(curves.column("time").len(), expected.column("time").len());
+    for name in QUANTITIES {
+        let (values, others) = (curves.column(name), expected.column(name));
+        let largest = others.iter().copied().fold(0.0, f64::max);
+        for ((value, other), time) in values.iter().zip(&others).zip(expected.column("time")) {
+            assert_within(&format!("{name} at {time} s"), *value, *other, part * largest);
         }
     }
 }
@@ -152,22 +85,14 @@ fn the_automatic_step_in_1d() {
 fn mpm2_is_below_mpm1_while_loading() {
     let [mpm1, mpm2] = ["mpm1", "mpm2"]
         .map(|update| run("case-1d.toml", &[&format!("method.velocity_update={update}")], 1000.0, 100.0));
-    for (one, two) in mpm1.readings.iter().zip(&mpm2.readings) {
-        assert!(two.top < one.top && two.base < one.base, "{one:?} {two:?}");
+    let mut table = String::new();
+    for (row, time) in mpm1.column("time").iter().enumerate() {
+        let of = |name: &str| [&mpm1, &mpm2].map(|curves| curves.column(name)[row]);
+        let ([base1, base2], [top1, top2]) = (of("base.pressure"), of("top.pressure"));
+        assert!(top2 < top1 && base2 < base1, "{time} s: {top1} {top2} {base1} {base2}");
+        let [one, two] = of("settlement.particles").map(|settlement| settlement * 1e3);
+        table += &format!("{time:6.0} {top1:12.4} {top2:12.4} {one:14.7} {two:14.7}\n");
     }
-    let rows = mpm1.readings.iter().zip(&mpm2.readings);
-    let table: String = rows
-        .map(|(one, two)| {
-            format!(
-                "{:6.0} {:12.4} {:12.4} {:14.7} {:14.7}\n",
-                one.time,
-                one.top,
-                two.top,
-                one.particles * 1e3,
-                two.particles * 1e3
-            )
-        })
-        .collect();
     // The updates differ in the fifth digit of the settlement: the tolerance is a hundredth of that.
     Numbers { relative: 1e-7 }.settings().bind(|| {
         insta::assert_snapshot!(format!("time (s), top cell (Pa) MPM1, MPM2, settlement (mm) MPM1, MPM2\n{table}"));
@@ -181,13 +106,13 @@ fn the_difference_to_theory_is_gone_with_the_load_on_the_true_surface() {
     let curves = run("case.toml", &overrides, 2000.0, 100.0);
     for time in [1000.0, 2000.0] {
         let theory = LAYER.settlement(RAMP, time);
-        assert_within("settlement", curves.at(time).surface, theory, 3e-3 * theory);
+        assert_within("settlement", curves.at(time, "settlement.surface"), theory, 3e-3 * theory);
     }
     // With the paper's whole cells the drained side stays on the grid line while the surface sinks 20 mm below it: the
     // pressure is 0.4 % high for that, and the settlement half a per cent small.
     let cell = run("case.toml", &overrides[..2], 1000.0, 100.0);
     let theory = LAYER.settlement(RAMP, 1000.0);
-    assert_within("settlement, whole cells", cell.at(1000.0).surface, theory, 5.5e-3 * theory);
+    assert_within("settlement, whole cells", cell.at(1000.0, "settlement.surface"), theory, 5.5e-3 * theory);
 }
 
 /// The surface inside a cell: theory for H = 9.5 m at the centre of the lowest cell.
@@ -198,7 +123,7 @@ fn a_surface_inside_a_cell_needs_the_material_points() {
     let base = |quadrature: &str| {
         let quadrature = format!("method.pressure_quadrature={quadrature}");
         let overrides = ["time.step=auto", "bodies.0.shape.box.max=[1.0, 9.5]", &quadrature];
-        run("case.toml", &overrides, 1000.0, 100.0).at(1000.0).base
+        run("case.toml", &overrides, 1000.0, 100.0).at(1000.0, "base.pressure")
     };
     assert_within("material points", base("material-points"), series, 5e-3 * series);
     // The whole cell drains at a surface half a metre too high: an independent program finds 7.7 % there.
