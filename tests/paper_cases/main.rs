@@ -1,5 +1,7 @@
-//! The cases of the paper, run from their files, against exact solutions.
+//! The cases under `paper-cases/`, run from their files, against exact solutions.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test reports by panicking")]
 
+mod curves;
+mod mandel;
 mod poroelastic_column;
