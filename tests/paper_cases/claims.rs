@@ -2,14 +2,14 @@
 
 use tsutsumi_reference::consolidation::Layer;
 
+use crate::curves::{Curves, assert_within};
 use crate::poroelastic_column::{LAYER, RAMP};
-use crate::runs::{Curves, assert_within, run};
 
 const COLUMN: &str = "poroelastic-column/case.toml";
 
 /// MPM① with the automatic step, within 0.2 % of the paper's step (asserted in `poroelastic_column`).
 fn column(overrides: &[&str]) -> Curves {
-    run(COLUMN, &[&["time.step=auto"], overrides].concat(), 2000.0, 10.0)
+    Curves::until(2000.0, 10.0, COLUMN, &[&["time.step=auto"], overrides].concat())
 }
 
 /// "Compression and pore pressure arise; the pressure is distributed, for the top is drained."
@@ -19,20 +19,20 @@ fn column(overrides: &[&str]) -> Curves {
 fn claim_a_pore_pressure_is_distributed_because_the_top_is_drained() {
     let curves = column(&[]);
     let [top, middle, base] = ["top", "middle", "base"].map(|probe| curves.column(&format!("{probe}.pressure")));
-    for row in 0..curves.rows.len() {
+    for row in 0..curves.len() {
         assert!(0.0 < top[row] && top[row] < middle[row] && middle[row] < base[row], "row {row}");
     }
-    let distributed = curves.at(1000.0, "base.pressure") / curves.at(1000.0, "top.pressure");
+    let distributed = curves.at("base.pressure", 1000.0) / curves.at("top.pressure", 1000.0);
     // Theory at the centres of the cells: 9.8.
     let theory = LAYER.pressure(RAMP, 9.5, 1000.0) / LAYER.pressure(RAMP, 0.5, 1000.0);
     assert_within("base over top", distributed, theory, 0.05 * theory);
     // Without drainage the load would be carried by the water alone, the same everywhere (what inertia leaves of the ramp's
     // waves is below 1e-4).
     let sealed = ["time.step=auto", "loads.0.applied_to=surface", "drainage=[]"];
-    let sealed = run(COLUMN, &sealed, 1000.0, 1000.0);
+    let sealed = Curves::until(1000.0, 1000.0, COLUMN, &sealed);
     let undrained = RAMP.load * LAYER.undrained_share();
     for probe in ["top", "middle", "base"] {
-        assert_within(probe, sealed.at(1000.0, &format!("{probe}.pressure")), undrained, 1e-3 * undrained);
+        assert_within(probe, sealed.at(&format!("{probe}.pressure"), 1000.0), undrained, 1e-3 * undrained);
     }
 }
 
@@ -44,16 +44,17 @@ fn claim_a_pore_pressure_is_distributed_because_the_top_is_drained() {
 #[test]
 fn claim_b_the_masses_settle_slightly_less_than_fem_and_theory() {
     let theory = LAYER.settlement(RAMP, 1000.0);
-    let fem = run(COLUMN, &["method.solver=fem", "time.step=1.0"], 1000.0, 100.0).at(1000.0, "settlement.surface");
+    let fem =
+        Curves::until(1000.0, 100.0, COLUMN, &["method.solver=fem", "time.step=1.0"]).at("settlement.surface", 1000.0);
     // The mesh's error, h²: an independent program of the same equations with h = 1 m finds 20.472 mm of 20.508 mm.
     assert_within("FEM", fem, theory, 3e-3 * theory);
-    let masses = column(&[]).at(1000.0, "settlement.particles");
+    let masses = column(&[]).at("settlement.particles", 1000.0);
     let short = 1.0 - masses / fem;
     assert!((0.055..0.07).contains(&short), "{short}");
-    let finer = column(&["grid.spacing=[1.0, 0.5]", "grid.cells=[1, 24]"]).at(1000.0, "settlement.particles");
+    let finer = column(&["grid.spacing=[1.0, 0.5]", "grid.cells=[1, 24]"]).at("settlement.particles", 1000.0);
     assert!((0.4..0.6).contains(&((theory - finer) / (theory - masses))), "{finer}");
     let surface = column(&["loads.0.applied_to=surface", "method.pressure_quadrature=material-points"]);
-    assert_within("surface", surface.at(1000.0, "settlement.surface"), fem, 3e-3 * fem);
+    assert_within("surface", surface.at("settlement.surface", 1000.0), fem, 3e-3 * fem);
 }
 
 /// "The pore pressure follows the rate of the displacement and dissipates when the rate tends to zero."
@@ -94,12 +95,12 @@ fn claim_c_the_pore_pressure_follows_the_displacement_rate() {
 fn claim_d_mpm1_is_closer_to_fem_than_mpm2_while_a_load_moves_fast() {
     let surface = "loads.0.applied_to=surface";
     let errors = |overrides: &[&str], end: f64, every: f64| {
-        let of = |more: &[&str]| run("strip-load/case.toml", &[overrides, more].concat(), end, every);
+        let of = |more: &[&str]| Curves::until(end, every, "strip-load/case.toml", &[overrides, more].concat());
         let fem = of(&["method.solver=fem", "time.step=5e-3"]);
         let variants = ["mpm1", "mpm2"].map(|update| of(&[surface, &format!("method.velocity_update={update}")]));
         let compare = move |time: f64, probe: &str| {
             let name = format!("{probe}.pressure");
-            [0, 1].map(|variant: usize| (variants[variant].at(time, &name) - fem.at(time, &name)) / 1e3)
+            [0, 1].map(|variant: usize| (variants[variant].at(&name, time) - fem.at(&name, time)) / 1e3)
         };
         Box::new(compare)
     };
@@ -129,7 +130,7 @@ fn claim_d_mpm1_is_closer_to_fem_than_mpm2_while_a_load_moves_fast() {
 #[test]
 fn the_strip_load_agrees_with_an_independent_program() {
     for (update, expected) in [("mpm1", 32.8 - 0.53), ("mpm2", 32.8 - 3.88)] {
-        let curves = run("strip-load/case.toml", &[&format!("method.velocity_update={update}")], 1.2, 0.4);
-        assert_within(update, curves.at(1.2, "top-left.pressure") / 1e3, expected, 0.05);
+        let curves = Curves::until(1.2, 0.4, "strip-load/case.toml", &[&format!("method.velocity_update={update}")]);
+        assert_within(update, curves.at("top-left.pressure", 1.2) / 1e3, expected, 0.05);
     }
 }

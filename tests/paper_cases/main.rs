@@ -1,7 +1,8 @@
-//! The cases of the paper, run from their files, against exact solutions.
+//! The cases under `paper-cases/`, run from their files, against exact solutions.
 
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test reports by panicking")]
 
 mod claims;
+mod curves;
+mod mandel;
 mod poroelastic_column;
-mod runs;

@@ -12,7 +12,7 @@
 use tsutsumi_reference::consolidation::{Layer, Ramp};
 use tsutsumi_testkit::snapshot::Numbers;
 
-use crate::runs::{self, Curves, assert_within};
+use crate::curves::{Curves, assert_within};
 
 /// Theory for small strains, with the compressibility of the water.
 pub(crate) const LAYER: Layer = Layer {
@@ -30,7 +30,7 @@ const QUANTITIES: [&str; 5] =
 
 /// Runs a case file of the column.
 fn run(file: &str, overrides: &[&str], end: f64, every: f64) -> Curves {
-    runs::run(&format!("poroelastic-column/{file}"), overrides, end, every)
+    Curves::until(end, every, &format!("poroelastic-column/{file}"), overrides)
 }
 
 /// The paper's run: 2-D, Δt = 5e-4 s, MPM①, whole-cell quadrature, load on particles; and what `auto` makes of it.
@@ -40,11 +40,11 @@ fn the_papers_run_in_2d_and_with_an_automatic_step() {
 
     // Pressure against the series at the cell's centre, 9.5 m deep. The grid's error at h = 1 m is of this size.
     let series = LAYER.pressure(RAMP, 9.5, 1000.0);
-    assert_within("base pressure", paper.at(1000.0, "base.pressure"), series, 1.5e-3 * series);
+    assert_within("base pressure", paper.at("base.pressure", 1000.0), series, 1.5e-3 * series);
 
     // An independent 1-D program of the same equations gives 19.185 mm for particles that carry the load and are read
     // themselves, a quarter of a metre below the surface.
-    let particles = paper.at(1000.0, "settlement.particles");
+    let particles = paper.at("settlement.particles", 1000.0);
     assert_within("settlement of the top particles", particles, 19.19e-3, 0.02e-3);
 
     // "Slightly smaller" than theory, as the paper says, by 6.5 %: theory has the load and the reading at the surface.
@@ -106,13 +106,13 @@ fn the_difference_to_theory_is_gone_with_the_load_on_the_true_surface() {
     let curves = run("case.toml", &overrides, 2000.0, 100.0);
     for time in [1000.0, 2000.0] {
         let theory = LAYER.settlement(RAMP, time);
-        assert_within("settlement", curves.at(time, "settlement.surface"), theory, 3e-3 * theory);
+        assert_within("settlement", curves.at("settlement.surface", time), theory, 3e-3 * theory);
     }
     // With the paper's whole cells the drained side stays on the grid line while the surface sinks 20 mm below it: the
     // pressure is 0.4 % high for that, and the settlement half a per cent small.
     let cell = run("case.toml", &overrides[..2], 1000.0, 100.0);
     let theory = LAYER.settlement(RAMP, 1000.0);
-    assert_within("settlement, whole cells", cell.at(1000.0, "settlement.surface"), theory, 5.5e-3 * theory);
+    assert_within("settlement, whole cells", cell.at("settlement.surface", 1000.0), theory, 5.5e-3 * theory);
 }
 
 /// The surface inside a cell: theory for H = 9.5 m at the centre of the lowest cell.
@@ -123,7 +123,7 @@ fn a_surface_inside_a_cell_needs_the_material_points() {
     let base = |quadrature: &str| {
         let quadrature = format!("method.pressure_quadrature={quadrature}");
         let overrides = ["time.step=auto", "bodies.0.shape.box.max=[1.0, 9.5]", &quadrature];
-        run("case.toml", &overrides, 1000.0, 100.0).at(1000.0, "base.pressure")
+        run("case.toml", &overrides, 1000.0, 100.0).at("base.pressure", 1000.0)
     };
     assert_within("material points", base("material-points"), series, 5e-3 * series);
     // The whole cell drains at a surface half a metre too high: an independent program finds 7.7 % there.

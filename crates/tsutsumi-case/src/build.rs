@@ -261,7 +261,7 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
         }
     }
     for load in &case.loads {
-        let history = History::new(load.history.clone());
+        let history = build_history(&load.history);
         let Some(on) = load.on.surface.face().map(side) else {
             for body in named(bodies, &load.on.of) {
                 let (particles, history) = (body.particles.clone(), history.clone());
@@ -287,6 +287,14 @@ fn build_boundary<const D: usize>(case: &Case, grid: &Grid<D>, bodies: &[Lattice
 fn build_fluid(case: &Case) -> Option<Fluid> {
     let crate::Fluid { density, bulk_modulus, unit_weight } = *case.fluid.as_ref()?;
     Some(Fluid { density, bulk_modulus, unit_weight })
+}
+
+fn build_history(history: &crate::History) -> History {
+    match history {
+        crate::History::Points(points) => History::new(points.clone()),
+        crate::History::SmoothStep(step) => History::smooth_step(step.duration),
+        crate::History::Sine(sine) => History::sine(sine.angular_frequency, sine.start),
+    }
 }
 
 /// The traction of a load on a face (Pa): its own, or that of its pressure.

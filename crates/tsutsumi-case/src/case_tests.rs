@@ -191,6 +191,19 @@ const BAD_CASES: &[(&str, Edits)] = &[
     ("together what is fixed", &[("fix = [\"x\"]", "fix = [\"x\"]\ntogether = [\"y\", \"x\"]")]),
     ("together along z in two dimensions", &[("fix = [\"x\"]", "together = [\"z\"]")]),
     ("history goes back", &[("[1000.0, 1.0]]", "[0.0, 1.0], [-1.0, 1.0]]")]),
+    ("word for a history", &[("[[0.0, 0.0], [1000.0, 1.0]]", "\"ramp\"")]),
+    ("unknown course", &[("[[0.0, 0.0], [1000.0, 1.0]]", "{ cosine = { angular_frequency = 1.0 } }")]),
+    ("no course", &[("[[0.0, 0.0], [1000.0, 1.0]]", "{}")]),
+    (
+        "two courses",
+        &[("[[0.0, 0.0], [1000.0, 1.0]]", "{ smooth-step = { duration = 1 }, sine = { angular_frequency = 1 } }")],
+    ),
+    ("smooth step at once", &[("[[0.0, 0.0], [1000.0, 1.0]]", "{ smooth-step = { duration = 0.0 } }")]),
+    (
+        "sine that starts before it starts",
+        &[("[[0.0, 0.0], [1000.0, 1.0]]", "{ sine = { angular_frequency = -1, start = -1.0 } }")],
+    ),
+    ("sine without a frequency", &[("[[0.0, 0.0], [1000.0, 1.0]]", "{ sine = { frequency = 1.0 } }")]),
     ("no sides", &[("[[probes]]", "sides = []\n[[probes]]")]),
     ("probe name with a dot", &[("name = \"base\"", "name = \"base no. 1\"")]),
     (
@@ -229,7 +242,7 @@ fn the_sample_of_the_architecture_is_read() {
     assert_eq!(case.dimension, 2);
     assert_eq!(case.time.step, Step::Seconds(5.0e-4));
     assert_eq!(case.method, Method::default());
-    assert_eq!(case.loads[0].history, [[0.0, 0.0], [1000.0, 1.0]]);
+    assert_eq!(case.loads[0].history, History::Points(vec![[0.0, 0.0], [1000.0, 1.0]]));
     assert_eq!(case.bodies[0].name(), "soil");
     assert_eq!(case.materials["soil"].parameters["poisson"].as_float(), Some(0.45));
     assert_eq!(case.supports[0].fix, [Axis::X]);
@@ -240,6 +253,15 @@ fn a_case_survives_being_written() {
     let case = source(COLUMN).parse().unwrap();
     let text = toml::to_string(&case).unwrap();
     assert_eq!(source(&text).parse().unwrap(), case, "{text}");
+}
+
+#[test]
+fn courses_of_loads_survive_being_written() {
+    for course in ["{ smooth-step = { duration = 0.1 } }", "{ sine = { angular_frequency = 10, start = 0.5 } }"] {
+        let case = read(&source(&edited(&[("[[0.0, 0.0], [1000.0, 1.0]]", course)]))).unwrap();
+        let text = toml::to_string(&case).unwrap();
+        assert_eq!(source(&text).parse().unwrap(), case, "{text}");
+    }
 }
 
 #[test]

@@ -449,14 +449,59 @@ pub struct Load {
     /// it acts on the true surface all round, as it moves, and also where supports hold the body. Give this or `traction`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub pressure: Option<f64>,
-    /// Factors on the load over time, `[[time (s), factor], …]`: linear in between, constant before and after.
-    /// By default the full load from the start.
-    #[serde(default = "default_history")]
-    #[schemars(length(min = 1))]
-    pub history: Vec<[f64; 2]>,
+    /// The factor on the load over time: points `[[time (s), factor], …]`, linear in between, constant before and after; or one
+    /// of the courses below. By default the full load from the start.
+    #[serde(default)]
+    pub history: History,
     /// What carries the load on a face.
     #[serde(default)]
     pub applied_to: AppliedTo,
+}
+
+/// How a load varies over time.
+#[derive(Debug, Clone, PartialEq)]
+pub enum History {
+    /// Points (time in s, factor), linear in between, constant before and after.
+    Points(Vec<[f64; 2]>),
+    /// A smooth step.
+    SmoothStep(SmoothStep),
+    /// A sine.
+    Sine(Sine),
+}
+
+/// A course of a load over time, by its name. Give one.
+#[derive(Debug, Clone, PartialEq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, rename_all = "kebab-case")]
+#[schemars(extend("oneOf" = [{ "required": ["smooth-step"] }, { "required": ["sine"] }]))]
+struct Course {
+    /// A step from 0 to 1 without a kink, t/t_r − sin(2π t/t_r)/2π: `{ smooth-step = { duration = 0.1 } }`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    smooth_step: Option<SmoothStep>,
+    /// A sine, sin(ω t): `{ sine = { angular_frequency = 10.0 } }`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    sine: Option<Sine>,
+}
+
+/// A step from 0 to 1 without a kink.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SmoothStep {
+    /// Its duration t_r (s), from time 0.
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub duration: f64,
+}
+
+/// A sine from time 0.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Sine {
+    /// Its angular frequency ω (rad/s).
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub angular_frequency: f64,
+    /// Duration of the smooth step that puts it on (s). By default it starts at once.
+    #[serde(default)]
+    #[schemars(range(min = 0))]
+    pub start: f64,
 }
 
 /// What carries a load.
@@ -556,8 +601,10 @@ fn default_safety() -> f64 {
     0.9
 }
 
-fn default_history() -> Vec<[f64; 2]> {
-    vec![[0.0, 1.0]]
+impl Default for History {
+    fn default() -> Self {
+        Self::Points(vec![[0.0, 1.0]])
+    }
 }
 
 fn default_figures() -> bool {
@@ -617,6 +664,62 @@ impl JsonSchema for Step {
         json_schema!({
             "description": "A number of seconds, or \"auto\".",
             "oneOf": [{ "type": "number", "exclusiveMinimum": 0 }, { "const": "auto" }]
+        })
+    }
+}
+
+impl Serialize for History {
+    fn serialize<S: Serializer>(&self, serializer: S) -> Result<S::Ok, S::Error> {
+        let mut course = Course::default();
+        match self {
+            Self::Points(points) => return points.serialize(serializer),
+            Self::SmoothStep(step) => course.smooth_step = Some(step.clone()),
+            Self::Sine(sine) => course.sine = Some(sine.clone()),
+        }
+        course.serialize(serializer)
+    }
+}
+
+impl<'de> Deserialize<'de> for History {
+    fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
+        deserializer.deserialize_any(HistoryVisitor)
+    }
+}
+
+struct HistoryVisitor;
+
+impl<'de> de::Visitor<'de> for HistoryVisitor {
+    type Value = History;
+
+    fn expecting(&self, formatter: &mut fmt::Formatter<'_>) -> fmt::Result {
+        formatter.write_str("points [[time, factor], …] or a table such as { smooth-step = { duration = 1.0 } }")
+    }
+
+    fn visit_seq<A: de::SeqAccess<'de>>(self, points: A) -> Result<History, A::Error> {
+        Vec::deserialize(de::value::SeqAccessDeserializer::new(points)).map(History::Points)
+    }
+
+    fn visit_map<A: de::MapAccess<'de>>(self, table: A) -> Result<History, A::Error> {
+        let course = Course::deserialize(de::value::MapAccessDeserializer::new(table))?;
+        match (course.smooth_step, course.sine) {
+            (Some(step), None) => Ok(History::SmoothStep(step)),
+            (None, Some(sine)) => Ok(History::Sine(sine)),
+            _ => Err(de::Error::custom("must have just one of the keys `smooth-step`, `sine`")),
+        }
+    }
+}
+
+impl JsonSchema for History {
+    fn schema_name() -> std::borrow::Cow<'static, str> {
+        "History".into()
+    }
+
+    fn json_schema(generator: &mut SchemaGenerator) -> Schema {
+        let mut points = generator.subschema_for::<Vec<[f64; 2]>>();
+        points.insert("minItems".to_owned(), 1.into());
+        json_schema!({
+            "description": "Points [[time (s), factor], …], or a table with one course.",
+            "oneOf": [points, generator.subschema_for::<Course>()]
         })
     }
 }

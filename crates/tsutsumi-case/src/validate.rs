@@ -647,7 +647,25 @@ impl<'a> Checks<'a> {
         }
     }
 
-    fn history(&mut self, key: &KeyPath, history: &[[f64; 2]]) {
+    fn history(&mut self, key: &KeyPath, history: &History) {
+        match history {
+            History::Points(points) => self.points(key, points),
+            History::SmoothStep(step) => {
+                self.positive(key.clone().key("smooth-step").key("duration"), step.duration);
+            }
+            History::Sine(sine) => {
+                let key = key.clone().key("sine");
+                self.positive(key.clone().key("angular_frequency"), sine.angular_frequency);
+                let start = key.key("start");
+                if self.finite(start.clone(), sine.start) && sine.start < 0.0 {
+                    let message = format!("`{start}` must be 0 or more, not {}", number(sine.start));
+                    self.report(start, message, "leave it out to start at once");
+                }
+            }
+        }
+    }
+
+    fn points(&mut self, key: &KeyPath, history: &[[f64; 2]]) {
         if history.is_empty() {
             self.report(key.clone(), format!("`{key}` is empty"), "leave it out for the full load from the start");
         }

@@ -1,5 +1,6 @@
 //! Supports and loads. Drainage is carried by the particles, see [`Particles::drained`].
 
+use std::f64::consts::TAU;
 use std::ops::Range;
 
 use crate::grid::{ActiveSet, Grid, NodeFields, Side, Tie};
@@ -23,26 +24,75 @@ impl AxisSet {
     }
 }
 
-/// A factor that varies with time: linear between its points, constant before and after.
+/// A factor that varies with time.
 #[derive(Debug, Clone, PartialEq)]
 pub struct History {
-    points: Vec<[f64; 2]>,
+    course: Course,
+}
+
+#[derive(Debug, Clone, PartialEq)]
+enum Course {
+    Points(Vec<[f64; 2]>),
+    SmoothStep { duration: f64 },
+    Sine { angular_frequency: f64, start: f64 },
 }
 
 impl History {
-    /// A history through points (time in s, factor). Times must not decrease; without points the factor is 1.
+    /// A history through points (time in s, factor): linear in between, constant before and after. Times must not decrease;
+    /// without points the factor is 1.
     pub fn new(points: Vec<[f64; 2]>) -> Self {
-        History { points }
+        History { course: Course::Points(points) }
+    }
+
+    /// A step from 0 to 1 within a duration (s) from time 0, with a continuous second derivative.
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// f(t) = t/t_r − sin(2π t/t_r) / 2π,  0 ≤ t ≤ t_r
+    /// ```
+    pub fn smooth_step(duration: f64) -> Self {
+        History { course: Course::SmoothStep { duration } }
+    }
+
+    /// A sine of an angular frequency ω (rad/s) from time 0, put on by a smooth step of the duration `start` (s; 0: at once).
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// f(t) = s(t) sin(ω t),  t ≥ 0        s: the smooth step
+    /// ```
+    pub fn sine(angular_frequency: f64, start: f64) -> Self {
+        History { course: Course::Sine { angular_frequency, start } }
     }
 
     /// The factor at a time (s).
     pub fn factor(&self, time: f64) -> f64 {
-        let after = self.points.partition_point(|point| point[0] <= time);
-        match (after.checked_sub(1).map(|before| self.points[before]), self.points.get(after)) {
-            (Some([t0, f0]), Some(&[t1, f1])) => f0 + (f1 - f0) * (time - t0) / (t1 - t0),
-            (Some([_, factor]), None) | (None, Some(&[_, factor])) => factor,
-            (None, None) => 1.0,
+        match &self.course {
+            Course::Points(points) => between_points(points, time),
+            Course::SmoothStep { duration } => smooth_step(time, *duration),
+            Course::Sine { angular_frequency, start } => smooth_step(time, *start) * (angular_frequency * time).sin(),
         }
+    }
+}
+
+fn between_points(points: &[[f64; 2]], time: f64) -> f64 {
+    let after = points.partition_point(|point| point[0] <= time);
+    match (after.checked_sub(1).map(|before| points[before]), points.get(after)) {
+        (Some([t0, f0]), Some(&[t1, f1])) => f0 + (f1 - f0) * (time - t0) / (t1 - t0),
+        (Some([_, factor]), None) | (None, Some(&[_, factor])) => factor,
+        (None, None) => 1.0,
+    }
+}
+
+fn smooth_step(time: f64, duration: f64) -> f64 {
+    let part = time / duration;
+    if time < 0.0 {
+        0.0
+    } else if part < 1.0 {
+        part - (TAU * part).sin() / TAU
+    } else {
+        1.0
     }
 }
 
@@ -255,6 +305,30 @@ mod tests {
         assert_eq!(History::new(vec![]).factor(2.0), 1.0);
         let jump = History::new(vec![[0.0, 1.0], [1.0, 1.0], [1.0, 2.0]]);
         assert_eq!([0.5, 1.0].map(|t| jump.factor(t)), [1.0, 2.0]);
+    }
+
+    /// At 0, 1/4, 1/2 and the end the smooth step is 0, 1/4 − 1/2π, 1/2 and 1; its slope vanishes at both ends.
+    #[test]
+    fn smooth_steps_begin_and_end_without_a_kink() {
+        let step = History::smooth_step(4.0);
+        let expected = [0.0, 0.0, 0.25 - 0.5 / std::f64::consts::PI, 0.5, 1.0, 1.0];
+        for (time, expected) in [-1.0, 0.0, 1.0, 2.0, 4.0, 9.0].into_iter().zip(expected) {
+            assert!((step.factor(time) - expected).abs() < 1e-16, "at {time} s");
+        }
+        // f ≈ 2π² s³ / 3 near the ends.
+        let early = 2.0 / 3.0 * std::f64::consts::PI.powi(2) * 0.01_f64.powi(3);
+        assert!((step.factor(0.04) - early).abs() < 1e-3 * early);
+        assert!((1.0 - step.factor(3.96) - early).abs() < 1e-3 * early);
+    }
+
+    #[test]
+    fn sines_start_at_once_or_smoothly() {
+        let at_once = History::sine(3.0, 0.0);
+        assert_eq!([-1.0, 0.0].map(|t| at_once.factor(t)), [0.0, 0.0]);
+        assert_eq!(at_once.factor(0.5), (1.5_f64).sin());
+        let smooth = History::sine(3.0, 2.0);
+        assert!((smooth.factor(1.0) - 0.5 * (3.0_f64).sin()).abs() < 1e-16);
+        assert_eq!(smooth.factor(2.5), (7.5_f64).sin());
     }
 
     #[test]
