@@ -9,12 +9,16 @@ use crate::{Case, ResultsError};
 /// The particles at one time, as the picture needs them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Snapshot {
-    time: f64,
-    largest: f64,
-    position: Vec<[f64; 2]>,
-    half_size: Vec<[f64; 2]>,
+    /// When it was taken (s).
+    pub(crate) time: f64,
+    /// The largest pore pressure of any cell (Pa).
+    pub(crate) largest: f64,
+    /// Centres of the particles, across and upwards (m).
+    pub(crate) position: Vec<[f64; 2]>,
+    /// Half their width and height (m).
+    pub(crate) half_size: Vec<[f64; 2]>,
     /// Pore pressure (kPa).
-    pressure: Vec<f64>,
+    pub(crate) pressure: Vec<f64>,
 }
 
 impl Snapshot {
@@ -53,22 +57,16 @@ impl Snapshot {
 /// Draws the figures of a run from what it has written so far.
 ///
 /// `peak` is the body when the pore pressure was largest, `last` the body at the end.
-pub(crate) fn draw<const D: usize>(
-    results: &Results,
-    case: &Case,
-    simulation: &Simulation<D>,
-    peak: &Snapshot,
-    last: &Snapshot,
-) -> Result<(), ResultsError> {
+pub(crate) fn draw(results: &Results, case: &Case, peak: &Snapshot, last: &Snapshot) -> Result<(), ResultsError> {
     let folder = results.folder().join(FIGURES);
     settlement(results, case).save(&folder.join("settlement"))?;
     let pressures = pressures(results, case);
     if !pressures.curves.is_empty() {
         pressures.save(&folder.join("pressure"))?;
     }
-    draw_particles(case, simulation, last).save(&folder.join("particles"))?;
+    particle_chart(case, last).save(&folder.join("particles"))?;
     if case.fluid.is_some() && peak.time < last.time {
-        draw_particles(case, simulation, peak).save(&folder.join("particles-peak"))?;
+        particle_chart(case, peak).save(&folder.join("particles-peak"))?;
     }
     Ok(())
 }
@@ -112,19 +110,20 @@ fn pressures(results: &Results, case: &Case) -> LineChart {
     }
 }
 
-fn draw_particles<const D: usize>(case: &Case, simulation: &Simulation<D>, snapshot: &Snapshot) -> ParticleChart {
-    let grid = simulation.solver().grid();
+/// The particles over the grid of their case, coloured by pore pressure.
+pub(crate) fn particle_chart(case: &Case, snapshot: &Snapshot) -> ParticleChart {
+    let grid = &case.grid;
     let lines = |axis: usize| -> Vec<f64> {
-        (0..=grid.cells()[axis]).map(|i| grid.origin()[axis] + i as f64 * grid.spacing()[axis]).collect()
+        (0..=grid.cells[axis]).map(|i| grid.origin[axis] + i as f64 * grid.spacing[axis]).collect()
     };
-    let up = D - 1;
-    let (grid_x, outline) = match D {
-        1 => (vec![0.0, grid.spacing()[0]], Vec::new()),
+    let up = case.dimension - 1;
+    let (grid_x, outline) = match case.dimension {
+        1 => (vec![0.0, grid.spacing[0]], Vec::new()),
         _ => (lines(0), outlines(&case.bodies, 0, up)),
     };
     ParticleChart {
         title: Some(format!("t = {} s", rounded(snapshot.time))),
-        x_label: if D == 1 { String::new() } else { "x (m)".to_owned() },
+        x_label: if up == 0 { String::new() } else { "x (m)".to_owned() },
         y_label: ["x (m)", "y (m)", "z (m)"][up].to_owned(),
         value_label: "pore pressure (kPa)".to_owned(),
         position: snapshot.position.clone(),
