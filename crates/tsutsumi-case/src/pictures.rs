@@ -80,7 +80,7 @@ fn column(results: &Results, name: &str) -> Option<Vec<f64>> {
 fn curve(results: &Results, name: &str, label: &str, factor: f64) -> Option<Curve> {
     let y = column(results, name)?.iter().map(|value| value * factor).collect();
     let x = column(results, "time")?;
-    Some(Curve { label: label.to_owned(), x, y, style: CurveStyle::default() })
+    Some(Curve { label: label.to_owned(), x, y, style: CurveStyle::default(), place: None })
 }
 
 fn settlement(results: &Results, case: &Case) -> LineChart {

@@ -44,6 +44,8 @@ pub struct Curve {
     pub y: Vec<f64>,
     /// How the curve is drawn.
     pub style: CurveStyle,
+    /// The place in the list that its colour follows from; its own if none. With it, a curve looks the same in several charts.
+    pub place: Option<usize>,
 }
 
 /// A chart of curves over one horizontal axis, for example settlement or pore pressure over time.
@@ -182,7 +184,9 @@ impl LineChart {
             above.filter(|_| index >= num_above).unwrap_or(index)
         };
         let looks = all.iter().enumerate();
-        looks.map(|(index, curve)| Look::of(curve.style, shared(index, &curve.label))).collect()
+        looks
+            .map(|(index, curve)| Look::of(curve.style, curve.place.unwrap_or_else(|| shared(index, &curve.label))))
+            .collect()
     }
 
     /// The curves on the page, area by area.

@@ -145,16 +145,19 @@ impl Artist<'_> {
     /// The curves of some quantities: variants first, then references.
     fn curves(&self, figure: &Figure, quantities: &[String], tell_quantity: bool) -> Vec<DrawnCurve> {
         let mut curves = Vec::new();
+        let num_variants = self.study.variants().count();
+        // One quantity: a variant looks the same in all figures. Several: every curve needs a look of its own.
+        let is_plain = quantities.len() <= 1 && !tell_quantity;
+        let look = |number: usize| is_plain.then_some(number);
         for name in quantities {
             let quantity = Quantity::read(name);
-            let place = (quantities.len() > 1 || tell_quantity).then(|| self.place(name, &quantity));
+            let place = (!is_plain).then(|| self.place(name, &quantity));
             for (number, run) in self.variants_of(figure) {
                 let series = self.histories[number].as_ref().and_then(|history| history.quantity(&quantity));
-                let of = (run.name.as_str(), run.label.as_str());
-                let style = CurveStyle::Automatic;
-                curves.extend(series.map(|series| drawn(figure, series, &quantity, of, place.as_deref(), style)));
+                let of = Whose { name: &run.name, label: &run.label, style: CurveStyle::Automatic, look: look(number) };
+                curves.extend(series.map(|series| drawn(figure, series, &quantity, &of, place.as_deref())));
             }
-            for reference in &self.study.references {
+            for (number, reference) in self.study.references.iter().enumerate() {
                 if figure.references.as_ref().is_some_and(|names| !names.contains(&reference.name)) {
                     continue;
                 }
@@ -163,8 +166,9 @@ impl Artist<'_> {
                     ReferenceKind::Solution(_) | ReferenceKind::Run(..) => CurveStyle::Thin,
                 };
                 let series = reference.draw(&quantity, &self.times(figure), self.histories);
-                let of = (reference.name.as_str(), reference.label.as_str());
-                curves.extend(series.map(|series| drawn(figure, series, &quantity, of, place.as_deref(), style)));
+                let look = look(num_variants + number);
+                let of = Whose { name: &reference.name, label: &reference.label, style, look };
+                curves.extend(series.map(|series| drawn(figure, series, &quantity, &of, place.as_deref())));
             }
         }
         curves
@@ -307,7 +311,7 @@ impl Artist<'_> {
         let place = self.place(one.quantity, &quantity);
         let words: Vec<&str> = refinement.into_iter().chain([place.as_str()]).chain(reference).collect();
         let label = format!("{}: order {:.2}", words.join(", "), slope(&x, &y));
-        Curve { label, x, y, style: CurveStyle::LineMarkers }
+        Curve { label, x, y, style: CurveStyle::LineMarkers, place: None }
     }
 }
 
@@ -333,22 +337,23 @@ fn grows_down(quantities: &[String]) -> bool {
     !quantities.is_empty() && quantities.iter().all(|name| Quantity::read(name).measure().grows_down)
 }
 
-/// A series as a curve in the units of figures. `of` are the name and the label of the variant or reference.
-fn drawn(
-    figure: &Figure,
-    series: Series,
-    quantity: &Quantity,
-    of: (&str, &str),
-    place: Option<&str>,
+/// The variant or reference that a curve belongs to.
+struct Whose<'a> {
+    name: &'a str,
+    label: &'a str,
     style: CurveStyle,
-) -> DrawnCurve {
+    look: Option<usize>,
+}
+
+/// A series as a curve in the units of figures.
+fn drawn(figure: &Figure, series: Series, quantity: &Quantity, of: &Whose, place: Option<&str>) -> DrawnCurve {
     let Measure { factor, shown_unit, .. } = quantity.measure();
     let series = series.within(figure.window);
-    let label = place.map_or_else(|| of.1.to_owned(), |place| format!("{}, {place}", of.1));
+    let label = place.map_or_else(|| of.label.to_owned(), |place| format!("{}, {place}", of.label));
     let unit = if shown_unit.is_empty() { String::new() } else { format!(" ({shown_unit})") };
-    let column = format!("{}: {quantity}{unit}", of.0);
+    let column = format!("{}: {quantity}{unit}", of.name);
     let y = series.value.iter().map(|value| value * factor).collect();
-    DrawnCurve { curve: Curve { label, x: series.time, y, style }, column }
+    DrawnCurve { curve: Curve { label, x: series.time, y, style: of.style, place: of.look }, column }
 }
 
 /// The particles of a results folder at the time nearest to the one wanted (s), displacements magnified.
@@ -361,17 +366,21 @@ fn read_snapshot(folder: &Path, case: &Case, wanted: f64, magnification: f64) ->
     let [position, displacement, half_size, pressure] = read_arrays(&folder.join(file), names)?;
     let (position, displacement, half_size) =
         (position.as_chunks::<3>().0, displacement.as_chunks::<3>().0, half_size.as_chunks::<3>().0);
+    let [at_first] = read_arrays(&folder.join(&entries[0].1), ["half_size"])?;
+    let half_at_first = Some(at_first.as_chunks::<3>().0).filter(|first| first.len() == half_size.len());
     let mut snapshot = Snapshot { time: *time, ..Default::default() };
     let up = case.dimension - 1;
-    for (((at, moved), half), pressure) in position.iter().zip(displacement).zip(half_size).zip(pressure) {
+    let particles = position.iter().zip(displacement).zip(half_size).zip(half_at_first.unwrap_or(half_size));
+    for ((((at, moved), half), first), pressure) in particles.zip(pressure) {
         // A 3-D body is cut along its first layer of cells across y, a 1-D column drawn one cell height wide.
         if up == 2 && at[1] > case.grid.origin[1] + case.grid.spacing[1] {
             continue;
         }
         let shown = |axis: usize| at[axis] + (magnification - 1.0) * moved[axis];
+        let size = |axis: usize| first[axis] + magnification * (half[axis] - first[axis]);
         let width = 0.5 * case.grid.spacing[0];
         snapshot.position.push([if up == 0 { width } else { shown(0) }, shown(up)]);
-        snapshot.half_size.push([if up == 0 { width } else { half[0] }, half[up]]);
+        snapshot.half_size.push([if up == 0 { width } else { size(0) }, size(up)]);
         snapshot.pressure.push(pressure * 1e-3);
         snapshot.largest = snapshot.largest.max(pressure);
     }
