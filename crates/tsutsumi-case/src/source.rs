@@ -177,9 +177,9 @@ impl CaseSource {
         Problem { kind, key, message, help, notes: note.into_iter().collect(), location }
     }
 
-    /// Where the value of a key stands in the file, or the nearest table around it.
-    pub(crate) fn place_of(&self, key: &KeyPath) -> Location {
-        self.locate(key, Part::Value).0
+    /// Where a key or its value stands in the file, or the nearest table around it.
+    pub(crate) fn place_of(&self, key: &KeyPath, part: Part) -> Location {
+        self.locate(key, part).0
     }
 
     /// What the file is in messages about itself: `the case`.

@@ -7,7 +7,8 @@ use super::schema::{Reference, StudyFile, Sweep, Variant};
 use super::sweep::expanded;
 use super::validate::Checks;
 use crate::build::build;
-use crate::error::{Problem, quoted};
+use crate::deserializer::Part;
+use crate::error::{Problem, ProblemKind, quoted};
 use crate::run::{read_case, refuse_unstable};
 use crate::source::FileKind;
 use crate::{Case, CaseError, CaseSource, KeyPath, Registry};
@@ -275,8 +276,10 @@ impl Planner<'_> {
         let set = |setting: &&Setting| {
             problem.location.is_override && *problem.location.text == *format!("--set {}", setting.assignment)
         };
-        if let Some(place) = wanted.settings.iter().find(set).and_then(|setting| setting.place.as_ref()) {
-            problem.location = self.source.place_of(place);
+        let place = wanted.settings.iter().find(set).and_then(|setting| setting.place.clone());
+        if let Some(place) = &place {
+            let is_key = matches!(problem.kind, ProblemKind::UnknownKey | ProblemKind::Override);
+            problem.location = self.source.place_of(place, if is_key { Part::Key } else { Part::Value });
             let in_file = |note: String| match note.split_once("; ") {
                 Some((_, in_file)) if note.starts_with("set by ") => Some(in_file.replace("the file", "the case file")),
                 None if note.starts_with("set by ") => None,
@@ -284,7 +287,11 @@ impl Planner<'_> {
             };
             problem.notes = problem.notes.into_iter().filter_map(in_file).collect();
         }
-        if problem.location.path != self.source.path() || problem.location.is_override || !wanted.settings.is_empty() {
+        problem.help =
+            problem.help.map(|help| help.replace("`--allow-unstable`", "`allow_unstable = true` beside `set`"));
+        let is_of_all =
+            problem.key == KeyPath::from("case") || place.is_some_and(|place| place.starts_with(&"set".into()));
+        if !is_of_all {
             let what = if wanted.is_reference { "reference" } else { "variant" };
             problem.notes.push(format!("in the {what} `{}`", quoted(&wanted.name)));
         }

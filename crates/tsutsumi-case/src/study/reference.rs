@@ -157,7 +157,12 @@ pub(super) fn run_columns(
 fn column_of(source: &CaseSource, place: &KeyPath, value: &toml::Value) -> Result<Column, CaseError> {
     match value {
         toml::Value::String(column) => Ok(Column { column: column.clone(), factor: 1.0 }),
-        _ => source.parse_at(place),
+        toml::Value::Table(_) => source.parse_at(place),
+        _ => Err(source.invalid(
+            place,
+            format!("`{place}` must be the name of a column, or a table with `column` and `factor`"),
+            "",
+        )),
     }
 }
 

@@ -2,6 +2,8 @@
 //!
 //! A new one is a type with [`Solution`] and one line in [`solutions`].
 
+use std::sync::Arc;
+
 use schemars::JsonSchema;
 use serde::Deserialize;
 use serde::de::DeserializeOwned;
@@ -50,8 +52,11 @@ pub struct NamedSolution {
     pub name: &'static str,
     parameters: Value,
     quantity: Value,
-    open: fn(&CaseSource, &KeyPath) -> Result<Box<dyn OpenSolution>, CaseError>,
+    open: Open,
 }
+
+/// Reads a solution's parameters from the reference at a place in a study file.
+type Open = fn(&CaseSource, &KeyPath) -> Result<Box<dyn OpenSolution>, CaseError>;
 
 /// The exact solutions by name.
 pub fn solutions() -> Vec<NamedSolution> {
@@ -90,16 +95,16 @@ fn open<S: Solution>(source: &CaseSource, reference: &KeyPath) -> Result<Box<dyn
         let key = place.key(refusal.parameter);
         source.invalid(key.clone(), format!("`{key}` must be {}", refusal.expected), "")
     })?;
-    Ok(Box::new(Opened(std::sync::Arc::new(solution))))
+    Ok(Box::new(Opened(Arc::new(solution))))
 }
 
-struct Opened<S>(std::sync::Arc<S>);
+struct Opened<S>(Arc<S>);
 
 impl<S: Solution> OpenSolution for Opened<S> {
     fn course(&self, source: &CaseSource, place: &KeyPath) -> Result<Course, CaseError> {
         let quantity: S::Quantity = source.parse_at(place)?;
         self.0.accepts(&quantity).map_err(|why| source.invalid(place, format!("`{place}`: {why}"), ""))?;
-        let solution = std::sync::Arc::clone(&self.0);
+        let solution = Arc::clone(&self.0);
         Ok(Box::new(move |time| solution.value(&quantity, time)))
     }
 }

@@ -54,7 +54,7 @@ fn zipped<'a>(source: &CaseSource, place: &KeyPath, table: &'a toml::Table) -> R
         if number == 0 {
             rows.resize_with(values.len(), Vec::new);
         } else if values.len() != rows.len() {
-            let message = format!("`{place}` has {} values, the lists beside it {}", values.len(), rows.len());
+            let message = format!("`{place}` is {} long, the lists beside it are {}", values.len(), rows.len());
             return Err(source.invalid(&place, message, "lists of one table advance together"));
         }
         for (index, (row, value)) in rows.iter_mut().zip(values).enumerate() {

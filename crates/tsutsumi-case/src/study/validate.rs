@@ -171,7 +171,7 @@ impl<'a> Checks<'a> {
 
     fn window(&mut self, key: &KeyPath, window: Option<[f64; 2]>) {
         if let Some([from, to]) = window
-            && !(from < to)
+            && (from >= to || from.is_nan() || to.is_nan())
         {
             self.report(key, format!("`{key}` must begin before it ends"), "write [from, to] in seconds");
         }
