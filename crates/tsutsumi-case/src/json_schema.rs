@@ -232,6 +232,9 @@ impl<'a> Walk<'a> {
             Some("boolean") => "true or false".to_owned(),
             Some(kind) => kind.to_owned(),
             None if property["oneOf"][0]["type"] == "number" => "number or string".to_owned(),
+            None if property["oneOf"][0]["type"] == "array" => {
+                format!("{} or table", self.kind_of(&property["oneOf"][0]))
+            }
             None if property["oneOf"][0]["const"].is_string() => "word".to_owned(),
             None => "table".to_owned(),
         }

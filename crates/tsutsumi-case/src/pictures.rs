@@ -1,5 +1,7 @@
 //! Which figures a run draws: settlement and pressure in time, and the deformed particles coloured by pore pressure.
 
+use tsutsumi::grid::Grid;
+
 use crate::figures::{Curve, CurveStyle, LineChart, ParticleChart};
 use crate::folder::FIGURES;
 use crate::results::Results;
@@ -57,16 +59,23 @@ impl Snapshot {
 /// Draws the figures of a run from what it has written so far.
 ///
 /// `peak` is the body when the pore pressure was largest, `last` the body at the end.
-pub(crate) fn draw(results: &Results, case: &Case, peak: &Snapshot, last: &Snapshot) -> Result<(), ResultsError> {
+pub(crate) fn draw<const D: usize>(
+    results: &Results,
+    case: &Case,
+    simulation: &Simulation<D>,
+    peak: &Snapshot,
+    last: &Snapshot,
+) -> Result<(), ResultsError> {
     let folder = results.folder().join(FIGURES);
     settlement(results, case).save(&folder.join("settlement"))?;
     let pressures = pressures(results, case);
     if !pressures.curves.is_empty() {
         pressures.save(&folder.join("pressure"))?;
     }
-    particle_chart(case, last).save(&folder.join("particles"))?;
+    let grid = simulation.solver().grid();
+    particle_chart(case, grid, last).save(&folder.join("particles"))?;
     if case.fluid.is_some() && peak.time < last.time {
-        particle_chart(case, peak).save(&folder.join("particles-peak"))?;
+        particle_chart(case, grid, peak).save(&folder.join("particles-peak"))?;
     }
     Ok(())
 }
@@ -111,19 +120,18 @@ fn pressures(results: &Results, case: &Case) -> LineChart {
 }
 
 /// The particles over the grid of their case, coloured by pore pressure.
-pub(crate) fn particle_chart(case: &Case, snapshot: &Snapshot) -> ParticleChart {
-    let grid = &case.grid;
+pub(crate) fn particle_chart<const D: usize>(case: &Case, grid: &Grid<D>, snapshot: &Snapshot) -> ParticleChart {
     let lines = |axis: usize| -> Vec<f64> {
-        (0..=grid.cells[axis]).map(|i| grid.origin[axis] + i as f64 * grid.spacing[axis]).collect()
+        (0..=grid.cells()[axis]).map(|i| grid.origin()[axis] + i as f64 * grid.spacing()[axis]).collect()
     };
-    let up = case.dimension - 1;
-    let (grid_x, outline) = match case.dimension {
-        1 => (vec![0.0, grid.spacing[0]], Vec::new()),
+    let up = D - 1;
+    let (grid_x, outline) = match D {
+        1 => (vec![0.0, grid.spacing()[0]], Vec::new()),
         _ => (lines(0), outlines(&case.bodies, 0, up)),
     };
     ParticleChart {
         title: Some(format!("t = {} s", rounded(snapshot.time))),
-        x_label: if up == 0 { String::new() } else { "x (m)".to_owned() },
+        x_label: if D == 1 { String::new() } else { "x (m)".to_owned() },
         y_label: ["x (m)", "y (m)", "z (m)"][up].to_owned(),
         value_label: "pore pressure (kPa)".to_owned(),
         position: snapshot.position.clone(),

@@ -231,7 +231,7 @@ impl<const D: usize> Run<'_, D> {
         self.write_manifest(&outcome)?;
         if self.case.output.figures {
             let last = Snapshot::take(&self.simulation);
-            draw(&self.results, self.case, &self.peak, &last)?;
+            draw(&self.results, self.case, &self.simulation, &self.peak, &last)?;
         }
         Ok(RunSummary {
             folder: self.results.folder().to_owned(),

@@ -8,12 +8,13 @@ use serde::Serialize;
 use super::compare::{Convergence, convergences};
 use super::numbers::{columns_csv, curves_csv};
 use super::output::{StudyError, StudySummary, write};
-use super::plan::Study;
+use super::plan::{PlannedRun, Study};
 use super::quantity::{Measure, Quantity};
 use super::reference::ReferenceKind;
 use super::schema::{ErrorMeasure, Figure, FigureKind};
 use super::series::{History, Series};
 use super::table::{into_bytes, precise};
+use crate::build::build_grid;
 use crate::figures::{AxisScale, Curve, CurveStyle, LineChart, ParticleChart, SecondAxis};
 use crate::folder::{FIGURES, PARTICLES};
 use crate::pictures::{Snapshot, particle_chart};
@@ -175,7 +176,7 @@ impl Artist<'_> {
     }
 
     /// The variants of a figure with their numbers, in the order that it names them.
-    fn variants_of(&self, figure: &Figure) -> Vec<(usize, &super::plan::PlannedRun)> {
+    fn variants_of(&self, figure: &Figure) -> Vec<(usize, &PlannedRun)> {
         match &figure.variants {
             None => self.study.variants().collect(),
             Some(names) => {
@@ -234,7 +235,11 @@ impl Artist<'_> {
         let particles = snapshot.position.iter().zip(&snapshot.half_size).zip(&snapshot.pressure);
         let rows = particles.map(|((at, half), pressure)| [at[0], at[1], half[0], half[1], *pressure]);
         write(&numbers_of(path), columns_csv(head, rows))?;
-        let chart = particle_chart(&run.case, &snapshot);
+        let chart = match run.case.dimension {
+            1 => chart_in::<1>(run, &snapshot)?,
+            2 => chart_in::<2>(run, &snapshot)?,
+            _ => chart_in::<3>(run, &snapshot)?,
+        };
         let told = (magnification != 1.0).then(|| format!("displacements × {magnification}"));
         let title = figure.title.clone().or_else(|| chart.title.clone()).into_iter().chain(told);
         let chart = ParticleChart {
@@ -354,6 +359,12 @@ fn drawn(figure: &Figure, series: Series, quantity: &Quantity, of: &Whose, place
     let column = format!("{}: {quantity}{unit}", of.name);
     let y = series.value.iter().map(|value| value * factor).collect();
     DrawnCurve { curve: Curve { label, x: series.time, y, style: of.style, place: of.look }, column }
+}
+
+/// The particles of a run as a chart.
+fn chart_in<const D: usize>(run: &PlannedRun, snapshot: &Snapshot) -> Result<ParticleChart, Trouble> {
+    let grid = build_grid::<D>(&run.source, &run.case).map_err(|error| Trouble::Problem(error.to_string()))?;
+    Ok(particle_chart(&run.case, &grid, snapshot))
 }
 
 /// The particles of a results folder at the time nearest to the one wanted (s), displacements magnified.
