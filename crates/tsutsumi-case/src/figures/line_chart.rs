@@ -21,6 +21,8 @@ pub enum CurveStyle {
     Line,
     /// A thin solid line, drawn over the others: what they are held against.
     Thin,
+    /// A thin solid line with hollow markers at some of its points.
+    ThinMarkers,
     /// A line of dashes. It is drawn over solid lines, so a solid curve that it follows closely is still seen.
     Dashed,
     /// A line of dots.
@@ -304,9 +306,10 @@ impl Look {
             CurveStyle::Dotted => (Some(style::DOTTED), None),
             CurveStyle::DashDotted => (Some(style::DASH_DOTTED), None),
             CurveStyle::Markers => (None, Some(index)),
-            CurveStyle::LineMarkers => (Some(dashes[0]), Some(index)),
+            CurveStyle::LineMarkers | CurveStyle::ThinMarkers => (Some(dashes[0]), Some(index)),
         };
-        let width = if style == CurveStyle::Thin { style::THIN_CURVE_WIDTH } else { CURVE_WIDTH };
+        let is_thin = matches!(style, CurveStyle::Thin | CurveStyle::ThinMarkers);
+        let width = if is_thin { style::THIN_CURVE_WIDTH } else { CURVE_WIDTH };
         Self { color, dash, width, marker }
     }
 

@@ -164,7 +164,8 @@ impl Artist<'_> {
                 }
                 let style = match &reference.kind {
                     ReferenceKind::Table(_) => CurveStyle::Markers,
-                    ReferenceKind::Solution(_) | ReferenceKind::Run(..) => CurveStyle::Thin,
+                    ReferenceKind::Solution(_) => CurveStyle::Thin,
+                    ReferenceKind::Run(..) => CurveStyle::ThinMarkers,
                 };
                 let series = reference.draw(&quantity, &self.times(figure), self.histories);
                 let look = look(num_variants + number);
