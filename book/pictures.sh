@@ -18,8 +18,13 @@ mkdir -p book/src/pictures
 # picture RUN FIGURE NAME
 picture() { cp "$results/$1/figures/$2.svg" "book/src/pictures/$3.svg"; }
 
-"${tsutsumi[@]}" run paper-cases/poroelastic-column/case.toml --out "$results/column" --quiet
-for figure in settlement pressure particles-peak; do picture column "$figure" "column-$figure"; done
+# The study's variant mpm1 is the paper's case as it stands.
+"${tsutsumi[@]}" study paper-cases/poroelastic-column/study.toml --out "$results/paper" --quiet > "$results/table"
+for figure in figure-3 figure-4 figure-5; do picture paper "$figure" "paper-$figure"; done
+for figure in settlement pressure particles-peak; do picture paper/runs/mpm1 "$figure" "column-$figure"; done
+
+"${tsutsumi[@]}" study book/cases/spacing.toml --out "$results/spacing" --quiet > "$results/table"
+picture spacing convergence spacing-convergence
 
 "${tsutsumi[@]}" run book/cases/half-loaded.toml --out "$results/half-loaded" --quiet
 picture half-loaded particles half-loaded-particles

@@ -6,3 +6,4 @@ mod claims;
 mod curves;
 mod mandel;
 mod poroelastic_column;
+mod study;

@@ -96,7 +96,7 @@ fn vector<const D: usize>(numbers: impl AsRef<[f64]>) -> Vector<D> {
     Vector::from_fn(|axis, _| numbers.as_ref().get(axis).copied().unwrap_or(0.0))
 }
 
-fn build_grid<const D: usize>(source: &CaseSource, case: &Case) -> Result<Grid<D>, CaseError> {
+pub(crate) fn build_grid<const D: usize>(source: &CaseSource, case: &Case) -> Result<Grid<D>, CaseError> {
     let cells = std::array::from_fn(|axis| case.grid.cells.get(axis).copied().unwrap_or(1));
     Grid::new(vector(&case.grid.origin), vector(&case.grid.spacing), cells)
         .map_err(|error| source.invalid("grid", error.to_string(), ""))

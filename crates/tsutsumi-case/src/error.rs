@@ -12,7 +12,7 @@ use annotate_snippets::{
 use thiserror::Error;
 
 use crate::key_path::KeyPath;
-use crate::source::SIZE_LIMIT;
+use crate::source::{FileKind, SIZE_LIMIT};
 
 /// Problems shown in full; more are counted.
 const SHOWN_PROBLEMS: usize = 20;
@@ -23,33 +23,41 @@ const SENTENCE_CHARACTERS: usize = 600;
 /// Characters of a name or value from the file that a message repeats.
 const QUOTED_CHARACTERS: usize = 40;
 
-/// What is wrong with a case file.
+/// What is wrong with a case or study file.
 #[derive(Debug, Error)]
 #[non_exhaustive]
 pub enum CaseError {
     /// There is no such file.
-    #[error("there is no case file `{}`", path.display())]
+    #[error("there is no {} file `{}`", kind.name(), path.display())]
     Missing {
         /// The file.
         path: PathBuf,
+        /// What the file should have been.
+        kind: FileKind,
     },
     /// The path is a folder.
-    #[error("`{}` is a folder, not a case file", path.display())]
+    #[error("`{}` is a folder, not a {} file", path.display(), kind.name())]
     Folder {
         /// The folder.
         path: PathBuf,
+        /// What the file should have been.
+        kind: FileKind,
     },
     /// The path is a device, a pipe or a socket.
     #[error("`{}` is not a regular file", path.display())]
     NotRegular {
         /// The path.
         path: PathBuf,
+        /// What the file should have been.
+        kind: FileKind,
     },
     /// The file is larger than [`SIZE_LIMIT`].
-    #[error("`{}` is too large for a case file: {} bytes", path.display(), size)]
+    #[error("`{}` is too large for a {} file: {} bytes", path.display(), kind.name(), size)]
     TooLarge {
         /// The file.
         path: PathBuf,
+        /// What the file should have been.
+        kind: FileKind,
         /// Its size, or how much of it had been read when it turned out too large (bytes).
         size: u64,
     },
@@ -66,10 +74,12 @@ pub enum CaseError {
         guess: Option<&'static str>,
     },
     /// There is nothing in the file.
-    #[error("the case file `{}` is empty", path.display())]
+    #[error("the {} file `{}` is empty", kind.name(), path.display())]
     Empty {
         /// The file.
         path: PathBuf,
+        /// What the file should have been.
+        kind: FileKind,
     },
     /// The file cannot be read.
     #[error("cannot read `{}`", path.display())]
@@ -192,15 +202,23 @@ impl CaseError {
 
     fn file_help(&self) -> Option<String> {
         let help = match self {
-            Self::Missing { path } if path.is_relative() => match std::env::current_dir() {
+            Self::Missing { path, .. } if path.is_relative() => match std::env::current_dir() {
                 Ok(folder) => format!("the path is taken from the folder `{}`", printable(&folder.to_string_lossy())),
                 Err(_) => return None,
             },
-            Self::Folder { path } => format!("give the file in it, such as `{}`", path.join("case.toml").display()),
-            Self::NotRegular { .. } => "a case is read from a file, not from a device or a pipe".to_owned(),
+            Self::Folder { path, kind } => {
+                let file = path.join(format!("{}.toml", kind.name()));
+                format!("give the file in it, such as `{}`", file.display())
+            }
+            Self::NotRegular { kind, .. } => {
+                format!("a {} is read from a file, not from a device or a pipe", kind.name())
+            }
             Self::TooLarge { .. } => format!("the limit is {SIZE_LIMIT} bytes: is this a results file?"),
             Self::NotUtf8 { guess: Some(guess), .. } => format!("it looks like {guess}: save it as UTF-8"),
             Self::NotUtf8 { .. } => "save it as UTF-8".to_owned(),
+            Self::Empty { kind: FileKind::Study, .. } => {
+                "a study needs at least title, case and variants (`tsutsumi schema --study` tells it all)".to_owned()
+            }
             Self::Empty { .. } => "a case needs at least title, dimension, grid, time, materials, bodies and output \
                                    (`tsutsumi schema` tells it all)"
                 .to_owned(),

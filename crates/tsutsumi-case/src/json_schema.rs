@@ -1,4 +1,5 @@
-//! The JSON schema of case files, and the documentation of their keys, both from the types in [`schema`](crate::schema).
+//! The JSON schemas of case and study files, and the documentation of their keys, from the types in
+//! [`schema`](crate::schema) and [`study`](crate::study).
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
@@ -7,11 +8,12 @@ use serde_json::{Map, Value, json};
 
 use crate::key_path::{KeyPath, Segment};
 use crate::schema::Case;
+use crate::study::StudyFile;
 
 /// The JSON schema of case files. The names of the laws with the schemas of their parameters, of the shape functions and
 /// of the velocity updates come from the registry.
 pub fn case_schema(laws: &[(&str, Value)], shapes: &[&str], velocity_updates: &[&str]) -> Value {
-    let mut schema = BARE_SCHEMA.clone();
+    let mut schema = CASE_KEYS.schema.clone();
     let mut definitions = Map::new();
     let conditions: Vec<_> = laws.iter().map(|(name, law)| law_condition(name, law, &mut definitions)).collect();
     if let Some(material) = schema.pointer_mut("/$defs/Material").and_then(Value::as_object_mut) {
@@ -27,17 +29,59 @@ pub fn case_schema(laws: &[(&str, Value)], shapes: &[&str], velocity_updates: &[
     schema
 }
 
-/// If a material has this law, its parameters are those of the law.
-fn law_condition(name: &str, law: &Value, definitions: &mut Map<String, Value>) -> Value {
-    let mut law = law.clone();
-    let prefix = format!("law:{}:", name.replace(['~', '/', '#', '%', ' '], "-"));
-    rename_references(&mut law, &prefix);
-    if let Some(object) = law.as_object_mut() {
+/// The JSON schema of study files. The names of the exact solutions, with the schemas of their parameters and of the
+/// quantities they give, come from their registry.
+pub(crate) fn study_schema(solutions: &[SolutionSchema]) -> Value {
+    let mut schema = STUDY_KEYS.schema.clone();
+    let mut definitions = Map::new();
+    let mut conditions = Vec::new();
+    for solution in solutions {
+        let prefix = format!("solution:{}:", solution.name);
+        let parameters = embedded(&solution.parameters, &format!("{prefix}parameters:"), &mut definitions);
+        let quantity = embedded(&solution.quantity, &format!("{prefix}quantity:"), &mut definitions);
+        conditions.push(json!({
+            "if": { "properties": { "solution": { "const": solution.name } }, "required": ["solution"] },
+            "then": {
+                "properties": { "parameters": parameters, "quantities": { "additionalProperties": quantity } },
+                "required": ["parameters", "quantities"]
+            }
+        }));
+    }
+    if let Some(reference) = schema.pointer_mut("/$defs/Reference").and_then(Value::as_object_mut) {
+        reference.insert("allOf".to_owned(), conditions.into());
+    }
+    let names: Vec<_> = solutions.iter().map(|solution| solution.name).collect();
+    restrict(&mut schema, "/$defs/Reference/properties/solution", &names);
+    if let Some(all) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
+        all.append(&mut definitions);
+    }
+    schema
+}
+
+/// An exact solution as the schema of study files describes it.
+pub(crate) struct SolutionSchema {
+    pub(crate) name: &'static str,
+    pub(crate) parameters: Value,
+    pub(crate) quantity: Value,
+}
+
+/// A schema as part of another one: its own definitions move there, under names with a prefix.
+fn embedded(schema: &Value, prefix: &str, definitions: &mut Map<String, Value>) -> Value {
+    let mut schema = schema.clone();
+    rename_references(&mut schema, prefix);
+    if let Some(object) = schema.as_object_mut() {
         object.remove("$schema");
         if let Some(Value::Object(inner)) = object.remove("$defs") {
             definitions.extend(inner.into_iter().map(|(name, schema)| (format!("{prefix}{name}"), schema)));
         }
     }
+    schema
+}
+
+/// If a material has this law, its parameters are those of the law.
+fn law_condition(name: &str, law: &Value, definitions: &mut Map<String, Value>) -> Value {
+    let prefix = format!("law:{}:", name.replace(['~', '/', '#', '%', ' '], "-"));
+    let law = embedded(law, &prefix, definitions);
     let needs_some = law.get("required").and_then(Value::as_array).is_some_and(|required| !required.is_empty());
     let mut consequence = json!({ "properties": { "parameters": law } });
     if needs_some {
@@ -46,7 +90,7 @@ fn law_condition(name: &str, law: &Value, definitions: &mut Map<String, Value>) 
     json!({ "if": { "properties": { "law": { "const": name } }, "required": ["law"] }, "then": consequence })
 }
 
-/// A law's own definitions move to the schema's, under a name that no other law has.
+/// References to a schema's own definitions follow these to their new names.
 fn rename_references(schema: &mut Value, prefix: &str) {
     match schema {
         Value::Object(object) => {
@@ -89,108 +133,133 @@ pub struct KeyDocumentation {
 
 /// All keys of a case file, tables before what is in them.
 pub fn key_documentation() -> &'static [KeyDocumentation] {
-    &KEYS
+    &CASE_KEYS.keys
 }
 
-static BARE_SCHEMA: LazyLock<Value> = LazyLock::new(|| schemars::schema_for!(Case).to_value());
+/// All keys of a study file, tables before what is in them.
+pub fn study_key_documentation() -> &'static [KeyDocumentation] {
+    &STUDY_KEYS.keys
+}
 
-static KEYS: LazyLock<Vec<KeyDocumentation>> = LazyLock::new(|| {
-    let mut keys = Vec::new();
-    collect_keys(&BARE_SCHEMA, String::new(), &mut keys);
-    keys
-});
+/// The keys of one kind of file.
+pub(crate) struct Keys {
+    schema: Value,
+    keys: Vec<KeyDocumentation>,
+}
 
-fn collect_keys(schema: &Value, table: String, keys: &mut Vec<KeyDocumentation>) {
-    let schema = resolve(schema);
-    let required: Vec<_> = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
-    for (name, property) in schema["properties"].as_object().into_iter().flatten() {
-        let description = property["description"].as_str().or(resolve(property)["description"].as_str());
-        keys.push(KeyDocumentation {
-            table: table.clone(),
-            name: name.clone(),
-            kind: kind_of(property),
-            description: one_line(description),
-            words: words_of(property),
-            default: property.get("default").cloned(),
-            is_required: required.contains(&name.as_str()),
-        });
+pub(crate) static CASE_KEYS: LazyLock<Keys> = LazyLock::new(|| Keys::of(schemars::schema_for!(Case).to_value()));
+pub(crate) static STUDY_KEYS: LazyLock<Keys> = LazyLock::new(|| Keys::of(schemars::schema_for!(StudyFile).to_value()));
+
+impl Keys {
+    fn of(schema: Value) -> Self {
+        let mut keys = Vec::new();
+        Walk { root: &schema, keys: &mut keys }.collect_keys(&schema, String::new());
+        Keys { schema, keys }
     }
-    for (name, property) in schema["properties"].as_object().into_iter().flatten() {
-        let dot = if table.is_empty() { "" } else { "." };
-        collect_inner(property, format!("{table}{dot}{name}"), keys);
+
+    /// What a key in a table means.
+    pub(crate) fn description_of(&self, table: &KeyPath, name: &str) -> Option<String> {
+        let pattern = pattern_of(table);
+        let key = self.keys.iter().find(|key| key.name == name && key.table == pattern)?;
+        Some(key.description.clone()).filter(|description| !description.is_empty())
     }
-    for variant in schema["oneOf"].as_array().into_iter().flatten() {
-        collect_keys(variant, table.clone(), keys);
+
+    /// Whether a key at the top holds a list of tables, `[[bodies]]`.
+    pub(crate) fn is_list_of_tables(&self, name: &str) -> bool {
+        let table = format!("{name}[]");
+        self.keys.iter().any(|key| key.table == table)
+    }
+
+    /// The tables in which a key of this name is known; the top level is the empty string.
+    pub(crate) fn homes_of(&self, name: &str) -> Vec<String> {
+        let homes: BTreeSet<_> = self.keys.iter().filter(|key| key.name == name).map(|key| key.table.clone()).collect();
+        homes.into_iter().collect()
+    }
+}
+
+/// A walk through a schema that collects its keys.
+struct Walk<'a> {
+    root: &'a Value,
+    keys: &'a mut Vec<KeyDocumentation>,
+}
+
+impl<'a> Walk<'a> {
+    fn collect_keys(&mut self, schema: &'a Value, table: String) {
+        let schema = self.resolve(schema);
+        let required: Vec<_> = schema["required"].as_array().into_iter().flatten().filter_map(Value::as_str).collect();
+        for (name, property) in schema["properties"].as_object().into_iter().flatten() {
+            let description = property["description"].as_str().or(self.resolve(property)["description"].as_str());
+            self.keys.push(KeyDocumentation {
+                table: table.clone(),
+                name: name.clone(),
+                kind: self.kind_of(property),
+                description: one_line(description),
+                words: self.words_of(property),
+                default: property.get("default").cloned(),
+                is_required: required.contains(&name.as_str()),
+            });
+        }
+        for (name, property) in schema["properties"].as_object().into_iter().flatten() {
+            let dot = if table.is_empty() { "" } else { "." };
+            self.collect_inner(property, format!("{table}{dot}{name}"));
+        }
+        for variant in schema["oneOf"].as_array().into_iter().flatten() {
+            self.collect_keys(variant, table.clone());
+        }
+    }
+
+    fn collect_inner(&mut self, property: &'a Value, path: String) {
+        let property = self.resolve(property);
+        if property["items"].is_object() {
+            self.collect_keys(&property["items"], format!("{path}[]"));
+        } else if property["additionalProperties"].is_object() {
+            self.collect_keys(&property["additionalProperties"], format!("{path}.<name>"));
+        } else {
+            self.collect_keys(property, path);
+        }
+    }
+
+    fn kind_of(&self, property: &'a Value) -> String {
+        let property = self.resolve(property);
+        let kind = property["type"].as_str().or_else(|| property["type"][0].as_str());
+        match kind {
+            Some("integer") => "whole number".to_owned(),
+            Some("object") => "table".to_owned(),
+            Some("array") => match self.kind_of(&property["items"]) {
+                inner if inner.starts_with("array") => inner.replacen("array", "array of arrays", 1),
+                inner => format!("array of {inner}s"),
+            },
+            Some("boolean") => "true or false".to_owned(),
+            Some(kind) => kind.to_owned(),
+            None if property["oneOf"][0]["type"] == "number" => "number or string".to_owned(),
+            None if property["oneOf"][0]["type"] == "array" => {
+                format!("{} or table", self.kind_of(&property["oneOf"][0]))
+            }
+            None if property["oneOf"][0]["const"].is_string() => "word".to_owned(),
+            None => "table".to_owned(),
+        }
+    }
+
+    fn words_of(&self, property: &'a Value) -> Vec<(String, String)> {
+        let property = self.resolve(property);
+        let property = if property["items"].is_object() { self.resolve(&property["items"]) } else { property };
+        let variants = property["oneOf"].as_array().into_iter().flatten();
+        let word =
+            |variant: &Value| Some((variant["const"].as_str()?.to_owned(), one_line(variant["description"].as_str())));
+        variants.filter_map(word).collect()
+    }
+
+    /// Follows a reference, also that of an optional value.
+    fn resolve(&self, schema: &'a Value) -> &'a Value {
+        let optional =
+            schema["anyOf"].as_array().and_then(|either| either.iter().find(|one| one.get("$ref").is_some()));
+        let reference = optional.unwrap_or(schema)["$ref"].as_str().and_then(|reference| reference.strip_prefix('#'));
+        reference.and_then(|pointer| self.root.pointer(pointer)).unwrap_or(schema)
     }
 }
 
 fn one_line(text: Option<&str>) -> String {
     text.unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
-}
-
-fn kind_of(property: &Value) -> String {
-    let property = resolve(property);
-    let kind = property["type"].as_str().or_else(|| property["type"][0].as_str());
-    match kind {
-        Some("integer") => "whole number".to_owned(),
-        Some("object") => "table".to_owned(),
-        Some("array") => match kind_of(&property["items"]) {
-            inner if inner.starts_with("array") => inner.replacen("array", "array of arrays", 1),
-            inner => format!("array of {inner}s"),
-        },
-        Some("boolean") => "true or false".to_owned(),
-        Some(kind) => kind.to_owned(),
-        None if property["oneOf"][0]["type"] == "number" => "number or string".to_owned(),
-        None if property["oneOf"][0]["type"] == "array" => format!("{} or table", kind_of(&property["oneOf"][0])),
-        None if property["oneOf"][0]["const"].is_string() => "word".to_owned(),
-        None => "table".to_owned(),
-    }
-}
-
-fn words_of(property: &Value) -> Vec<(String, String)> {
-    let property = resolve(property);
-    let property = if property["items"].is_object() { resolve(&property["items"]) } else { property };
-    let variants = property["oneOf"].as_array().into_iter().flatten();
-    let word =
-        |variant: &Value| Some((variant["const"].as_str()?.to_owned(), one_line(variant["description"].as_str())));
-    variants.filter_map(word).collect()
-}
-
-fn collect_inner(property: &Value, path: String, keys: &mut Vec<KeyDocumentation>) {
-    let property = resolve(property);
-    if property["items"].is_object() {
-        collect_keys(&property["items"], format!("{path}[]"), keys);
-    } else if property["additionalProperties"].is_object() {
-        collect_keys(&property["additionalProperties"], format!("{path}.<name>"), keys);
-    } else {
-        collect_keys(property, path, keys);
-    }
-}
-
-/// Follows a reference, also that of an optional value.
-fn resolve(schema: &Value) -> &Value {
-    let optional = schema["anyOf"].as_array().and_then(|either| either.iter().find(|one| one.get("$ref").is_some()));
-    let reference = optional.unwrap_or(schema)["$ref"].as_str().and_then(|reference| reference.strip_prefix('#'));
-    reference.and_then(|pointer| BARE_SCHEMA.pointer(pointer)).unwrap_or(schema)
-}
-
-/// What a key in a table of a case means.
-pub(crate) fn description_of(table: &KeyPath, name: &str) -> Option<String> {
-    let pattern = pattern_of(table);
-    let key = KEYS.iter().find(|key| key.name == name && key.table == pattern)?;
-    Some(key.description.clone()).filter(|description| !description.is_empty())
-}
-
-/// Whether a key at the top holds a list of tables, `[[bodies]]`.
-pub(crate) fn is_list_of_tables(name: &str) -> bool {
-    let table = format!("{name}[]");
-    KEYS.iter().any(|key| key.table == table)
-}
-
-/// The tables in which a key of this name is known; the top level is the empty string.
-pub(crate) fn homes_of(name: &str) -> Vec<String> {
-    let homes: BTreeSet<_> = KEYS.iter().filter(|key| key.name == name).map(|key| key.table.clone()).collect();
-    homes.into_iter().collect()
 }
 
 fn pattern_of(table: &KeyPath) -> String {

@@ -21,6 +21,7 @@
 //! | [`model`], `fill`, [`build`], [`simulation`] | a case in motion |
 //! | [`mod@check`] | what follows from a case before it runs |
 //! | [`mod@run`], [`results`] | a run and what it leaves |
+//! | [`study`] | variants against references: one table, figures |
 //! | [`figures`], [`vtk`] | pictures and fields from plain data |
 
 pub mod build;
@@ -41,14 +42,16 @@ pub mod run;
 mod schema;
 pub mod simulation;
 mod source;
+pub mod study;
 mod tree;
 mod validate;
 pub mod vtk;
+mod vtk_reader;
 
 pub use check::{CheckReport, check};
 pub use error::{CaseError, Location, Problem, ProblemKind, did_you_mean};
 pub use figures::FigureError;
-pub use json_schema::{KeyDocumentation, case_schema, key_documentation};
+pub use json_schema::{KeyDocumentation, case_schema, key_documentation, study_key_documentation};
 pub use key_path::{KeyPath, Segment};
 pub use model::Model;
 pub use registry::Registry;
@@ -56,7 +59,7 @@ pub use results::{Outcome, Performance, ResultsError};
 pub use run::{Observer, Progress, RunError, RunOptions, RunSummary, Silent, Wish, read_case, run};
 pub use schema::*;
 pub use simulation::{Balances, Simulation};
-pub use source::{CaseSource, SIZE_LIMIT};
+pub use source::{CaseSource, FileKind, SIZE_LIMIT};
 
 #[cfg(test)]
 mod case_tests;

@@ -1,5 +1,7 @@
 //! Which figures a run draws: settlement and pressure in time, and the deformed particles coloured by pore pressure.
 
+use tsutsumi::grid::Grid;
+
 use crate::figures::{Curve, CurveStyle, LineChart, ParticleChart};
 use crate::folder::FIGURES;
 use crate::results::Results;
@@ -9,12 +11,16 @@ use crate::{Case, ResultsError};
 /// The particles at one time, as the picture needs them.
 #[derive(Debug, Clone, Default)]
 pub(crate) struct Snapshot {
-    time: f64,
-    largest: f64,
-    position: Vec<[f64; 2]>,
-    half_size: Vec<[f64; 2]>,
+    /// When it was taken (s).
+    pub(crate) time: f64,
+    /// The largest pore pressure of any cell (Pa).
+    pub(crate) largest: f64,
+    /// Centres of the particles, across and upwards (m).
+    pub(crate) position: Vec<[f64; 2]>,
+    /// Half their width and height (m).
+    pub(crate) half_size: Vec<[f64; 2]>,
     /// Pore pressure (kPa).
-    pressure: Vec<f64>,
+    pub(crate) pressure: Vec<f64>,
 }
 
 impl Snapshot {
@@ -66,9 +72,10 @@ pub(crate) fn draw<const D: usize>(
     if !pressures.curves.is_empty() {
         pressures.save(&folder.join("pressure"))?;
     }
-    draw_particles(case, simulation, last).save(&folder.join("particles"))?;
+    let grid = simulation.model().grid();
+    particle_chart(case, grid, last).save(&folder.join("particles"))?;
     if case.fluid.is_some() && peak.time < last.time {
-        draw_particles(case, simulation, peak).save(&folder.join("particles-peak"))?;
+        particle_chart(case, grid, peak).save(&folder.join("particles-peak"))?;
     }
     Ok(())
 }
@@ -82,7 +89,7 @@ fn column(results: &Results, name: &str) -> Option<Vec<f64>> {
 fn curve(results: &Results, name: &str, label: &str, factor: f64) -> Option<Curve> {
     let y = column(results, name)?.iter().map(|value| value * factor).collect();
     let x = column(results, "time")?;
-    Some(Curve { label: label.to_owned(), x, y, style: CurveStyle::default() })
+    Some(Curve { label: label.to_owned(), x, y, style: CurveStyle::default(), place: None })
 }
 
 fn settlement(results: &Results, case: &Case) -> LineChart {
@@ -112,15 +119,15 @@ fn pressures(results: &Results, case: &Case) -> LineChart {
     }
 }
 
-fn draw_particles<const D: usize>(case: &Case, simulation: &Simulation<D>, snapshot: &Snapshot) -> ParticleChart {
-    let grid = simulation.model().grid();
+/// The particles over the grid of their case, coloured by pore pressure.
+pub(crate) fn particle_chart<const D: usize>(case: &Case, grid: &Grid<D>, snapshot: &Snapshot) -> ParticleChart {
     let lines = |axis: usize| -> Vec<f64> {
         (0..=grid.cells()[axis]).map(|i| grid.origin()[axis] + i as f64 * grid.spacing()[axis]).collect()
     };
     let up = D - 1;
     let (grid_x, outline) = match D {
         1 => (vec![0.0, grid.spacing()[0]], Vec::new()),
-        _ => (lines(0), outlines(&case.bodies, simulation.model().grid(), 0, up)),
+        _ => (lines(0), outlines(&case.bodies, grid, 0, up)),
     };
     ParticleChart {
         title: Some(format!("t = {} s", rounded(snapshot.time))),

@@ -191,15 +191,17 @@ impl Results {
     /// Replaces the manifest; a reader never sees half of it.
     pub(crate) fn write_manifest(&self, manifest: &Manifest) -> Result<(), ResultsError> {
         let path = self.folder.join(MANIFEST);
-        let temporary = self.folder.join("manifest.json.tmp");
-        let write = || -> io::Result<()> {
-            let mut file = File::create(&temporary)?;
-            serde_json::to_writer_pretty(&mut file, manifest)?;
-            file.write_all(b"\n")?;
-            fs::rename(&temporary, &path)
-        };
-        write().map_err(|source| ResultsError::Write { path, source })
+        replace_with_json(&path, manifest).map_err(|source| ResultsError::Write { path, source })
     }
+}
+
+/// Writes a JSON file under another name and then moves it to its place.
+pub(crate) fn replace_with_json(path: &Path, content: &impl Serialize) -> io::Result<()> {
+    let temporary = path.with_extension("json.tmp");
+    let mut file = File::create(&temporary)?;
+    serde_json::to_writer_pretty(&mut file, content)?;
+    file.write_all(b"\n")?;
+    fs::rename(&temporary, path)
 }
 
 /// A vector of space with zeros for the missing axes.
@@ -213,6 +215,7 @@ fn write_particles<const D: usize>(path: &Path, time: f64, simulation: &Simulati
     let displacement: Vec<[f64; 3]> = (0..particles.len()).map(|p| pad(&simulation.displacement(p))).collect();
     let velocity: Vec<[f64; 3]> = particles.velocity.iter().map(pad).collect();
     let stress: Vec<[f64; 6]> = particles.stress.iter().map(|s| [s.xx, s.yy, s.zz, s.xy, s.yz, s.zx]).collect();
+    let half_size: Vec<[f64; 3]> = particles.half_size.iter().map(pad).collect();
     let mut body = vec![0.0; particles.len()];
     for (number, group) in simulation.model().groups().iter().enumerate() {
         body[group.particles()].fill(number as f64);
@@ -223,6 +226,7 @@ fn write_particles<const D: usize>(path: &Path, time: f64, simulation: &Simulati
         Field::vector("velocity", &velocity),
         Field::symmetric_tensor("stress", &stress),
         Field::scalar("volume", &particles.volume),
+        Field::vector("half_size", &half_size),
         Field::scalar("porosity", &particles.porosity),
         Field::scalar("body", &body),
     ];

@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 
 use crate::deserializer::{Fault, FaultKind, Part, deserialize};
 use crate::error::{CaseError, Location, Problem, ProblemKind, did_you_mean, quoted};
-use crate::json_schema::{description_of, homes_of, is_list_of_tables};
+use crate::json_schema::{CASE_KEYS, Keys, STUDY_KEYS};
 use crate::key_path::KeyPath;
 use crate::overrides::{Override, set_value};
 use crate::schema::Case;
@@ -22,9 +22,36 @@ pub const SIZE_LIMIT: u64 = 4 * 1024 * 1024;
 /// Names that a message lists before it stops.
 const LISTED_NAMES: usize = 24;
 
-/// A case file as text, with the overrides that were put on it.
+/// What a file describes: which keys it may have, and what messages call it.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum FileKind {
+    /// A case.
+    Case,
+    /// A study.
+    Study,
+}
+
+impl FileKind {
+    fn keys(self) -> &'static Keys {
+        match self {
+            Self::Case => &CASE_KEYS,
+            Self::Study => &STUDY_KEYS,
+        }
+    }
+
+    /// The word for it.
+    pub fn name(self) -> &'static str {
+        match self {
+            Self::Case => "case",
+            Self::Study => "study",
+        }
+    }
+}
+
+/// A case or study file as text, with the overrides that were put on it.
 #[derive(Debug, Clone)]
 pub struct CaseSource {
+    kind: FileKind,
     path: PathBuf,
     original: Sheet,
     effective: Sheet,
@@ -49,18 +76,27 @@ impl Sheet {
 impl CaseSource {
     /// Reads a case file. What it says is not looked at yet.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, CaseError> {
-        let path = path.as_ref();
-        let text = read_text(path)?;
+        Self::read_kind(path.as_ref(), FileKind::Case)
+    }
+
+    /// Reads a file of some kind.
+    pub(crate) fn read_kind(path: &Path, kind: FileKind) -> Result<Self, CaseError> {
+        let text = read_text(path, kind)?;
         match text.trim_start_matches('\u{feff}').trim().is_empty() {
-            true => Err(CaseError::Empty { path: path.to_owned() }),
-            false => Ok(Self::from_text(path, text)),
+            true => Err(CaseError::Empty { path: path.to_owned(), kind }),
+            false => Ok(Self::from_text_of_kind(path, text, kind)),
         }
     }
 
     /// A case from a text in memory; messages call it by `path`.
     pub fn from_text(path: impl Into<PathBuf>, text: impl Into<String>) -> Self {
+        Self::from_text_of_kind(path, text, FileKind::Case)
+    }
+
+    /// A file of some kind from a text in memory.
+    pub(crate) fn from_text_of_kind(path: impl Into<PathBuf>, text: impl Into<String>, kind: FileKind) -> Self {
         let original = Sheet::new(text.into());
-        Self { path: path.into(), effective: original.clone(), original, overrides: Vec::new() }
+        Self { kind, path: path.into(), effective: original.clone(), original, overrides: Vec::new() }
     }
 
     /// The path of the case file.
@@ -141,6 +177,16 @@ impl CaseSource {
         Problem { kind, key, message, help, notes: note.into_iter().collect(), location }
     }
 
+    /// Where a key or its value stands in the file, or the nearest table around it.
+    pub(crate) fn place_of(&self, key: &KeyPath, part: Part) -> Location {
+        self.locate(key, part).0
+    }
+
+    /// What the file is in messages about itself: `the case`.
+    fn itself(&self) -> String {
+        format!("the {}", self.kind.name())
+    }
+
     /// Where a key stands, for people: in the override that set it, or else in the file as they wrote it.
     fn locate(&self, key: &KeyPath, part: Part) -> (Location, Option<String>) {
         if let Some(setting) = self.overrides.iter().rev().find(|setting| key.starts_with(setting.path())) {
@@ -185,7 +231,7 @@ impl CaseSource {
             FaultKind::WrongType { expected } => self.wrong_type(key, part, &expected),
             FaultKind::UnknownName { name, known } => self.unknown_name(key, part, &name, &known),
             FaultKind::Other { message } => {
-                let message = format!("{} {message}", in_quotes(&key, "the case"));
+                let message = format!("{} {message}", in_quotes(&key, &self.itself()));
                 self.problem(ProblemKind::Invalid, key, part, message, None)
             }
         }
@@ -196,7 +242,7 @@ impl CaseSource {
         let place = if parent.is_root() { "at the top level".to_owned() } else { format!("in `{parent}`") };
         let help = match did_you_mean(name, known.iter().map(String::as_str)) {
             Some(near) => Some(format!("did you mean `{near}`?")),
-            None => misplaced(name, &parent),
+            None => self.misplaced(name, &parent),
         };
         let message = format!("unknown key `{}` {place}", quoted(name));
         let mut problem = self.problem(ProblemKind::UnknownKey, key, Part::Key, message, help);
@@ -206,9 +252,22 @@ impl CaseSource {
         problem
     }
 
+    /// Help for a key that is known, but elsewhere.
+    fn misplaced(&self, name: &str, parent: &KeyPath) -> Option<String> {
+        let homes = self.kind.keys().homes_of(name);
+        match homes.as_slice() {
+            [] => None,
+            [top] if top.is_empty() => {
+                Some(format!("`{name}` belongs to the top level: move it up, before the first line in brackets"))
+            }
+            homes if homes.iter().any(|home| *home == parent.to_string()) => None,
+            homes => Some(format!("`{name}` belongs to {}", list(homes))),
+        }
+    }
+
     fn missing_key(&self, table: KeyPath, name: &str) -> Problem {
         let place = if table.is_root() { String::new() } else { format!(" in `{table}`") };
-        let help = match description_of(&table, name) {
+        let help = match self.kind.keys().description_of(&table, name) {
             Some(description) => format!("add `{name}`: {}", in_passing(&description)),
             None => format!("add `{name} = …`"),
         };
@@ -217,7 +276,7 @@ impl CaseSource {
 
     fn wrong_type(&self, key: KeyPath, part: Part, expected: &str) -> Problem {
         let found = self.found_instead(&key, expected);
-        let message = format!("{} must be {expected}, not {found}", in_quotes(&key, "the case"));
+        let message = format!("{} must be {expected}, not {found}", in_quotes(&key, &self.itself()));
         let help = self.type_help(&key, expected);
         self.problem(ProblemKind::WrongType, key, part, message, help)
     }
@@ -240,7 +299,7 @@ impl CaseSource {
             Value::String(text) if expected.contains("number") && text.trim().parse::<f64>().is_ok() => {
                 Some(format!("numbers stand without quotes: {}", text.trim()))
             }
-            Value::Table(_) if is_list_of_tables(&key.to_string()) => {
+            Value::Table(_) if self.kind.keys().is_list_of_tables(&key.to_string()) => {
                 Some(format!("an element of `{key}` is written with double brackets: [[{key}]]"))
             }
             Value::Integer(_) | Value::Float(_) | Value::String(_) if expected == "an array" => {
@@ -272,26 +331,26 @@ impl CaseSource {
     }
 }
 
-fn read_text(path: &Path) -> Result<String, CaseError> {
+fn read_text(path: &Path, kind: FileKind) -> Result<String, CaseError> {
     let unreadable = |source: io::Error| match source.kind() {
-        io::ErrorKind::NotFound => CaseError::Missing { path: path.to_owned() },
+        io::ErrorKind::NotFound => CaseError::Missing { path: path.to_owned(), kind },
         _ => CaseError::Unreadable { path: path.to_owned(), source },
     };
     // The kind and the size come first: to open a pipe can wait for ever, and to read a device never ends.
     let metadata = fs::metadata(path).map_err(unreadable)?;
     if metadata.is_dir() {
-        return Err(CaseError::Folder { path: path.to_owned() });
+        return Err(CaseError::Folder { path: path.to_owned(), kind });
     }
     if !metadata.is_file() {
-        return Err(CaseError::NotRegular { path: path.to_owned() });
+        return Err(CaseError::NotRegular { path: path.to_owned(), kind });
     }
     if metadata.len() > SIZE_LIMIT {
-        return Err(CaseError::TooLarge { path: path.to_owned(), size: metadata.len() });
+        return Err(CaseError::TooLarge { path: path.to_owned(), kind, size: metadata.len() });
     }
     let mut bytes = Vec::new();
     File::open(path).and_then(|file| file.take(SIZE_LIMIT + 1).read_to_end(&mut bytes)).map_err(unreadable)?;
     if bytes.len() as u64 > SIZE_LIMIT {
-        return Err(CaseError::TooLarge { path: path.to_owned(), size: bytes.len() as u64 });
+        return Err(CaseError::TooLarge { path: path.to_owned(), kind, size: bytes.len() as u64 });
     }
     String::from_utf8(bytes).map_err(|error| not_utf8(path, error.as_bytes(), error.utf8_error().valid_up_to()))
 }
@@ -323,19 +382,6 @@ fn without_consequences(faults: Vec<Fault>) -> Vec<Fault> {
         _ => false,
     };
     faults.iter().filter(|fault| !is_consequence(fault)).cloned().collect()
-}
-
-/// Help for a key that is known, but elsewhere.
-fn misplaced(name: &str, parent: &KeyPath) -> Option<String> {
-    let homes = homes_of(name);
-    match homes.as_slice() {
-        [] => None,
-        [top] if top.is_empty() => {
-            Some(format!("`{name}` belongs to the top level: move it up, before the first line in brackets"))
-        }
-        homes if homes.iter().any(|home| *home == parent.to_string()) => None,
-        homes => Some(format!("`{name}` belongs to {}", list(homes))),
-    }
 }
 
 fn parent_of(key: &KeyPath) -> KeyPath {

@@ -16,6 +16,7 @@
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
 mod progress;
+mod study;
 
 use std::io::{ErrorKind, IsTerminal, Write};
 use std::num::NonZeroUsize;
@@ -28,6 +29,7 @@ use tsutsumi_case::{
 };
 
 use crate::progress::Display;
+use crate::study::StudyArguments;
 
 /// The input is wrong.
 const INPUT_WRONG: u8 = 2;
@@ -50,10 +52,19 @@ enum Command {
     Run(RunArguments),
     /// Check a case without running it, and print what follows from its numbers.
     Check(CheckArguments),
+    /// Run a study: variants of a case against references, to one table and figures.
+    Study(StudyArguments),
     /// List the constitutive laws and their parameters.
     Laws,
     /// Print the JSON Schema of case files, for the completion of an editor.
-    Schema,
+    Schema(SchemaArguments),
+}
+
+#[derive(Debug, Args)]
+struct SchemaArguments {
+    /// That of study files instead.
+    #[arg(long)]
+    study: bool,
 }
 
 #[derive(Debug, Args)]
@@ -98,7 +109,9 @@ pub fn main_with(registry: &Registry) -> ExitCode {
         Command::Run(arguments) => run_case(&arguments, registry),
         Command::Check(arguments) => check_case(&arguments, registry),
         Command::Laws => print(&list_laws(registry)),
-        Command::Schema => print(&format!("{:#}", registry.schema())),
+        Command::Study(arguments) => study::study(&arguments, registry),
+        Command::Schema(arguments) if arguments.study => print(&format!("{:#}", tsutsumi_case::study::schema())),
+        Command::Schema(_) => print(&format!("{:#}", registry.schema())),
     };
     ExitCode::from(code)
 }

@@ -10,10 +10,10 @@ use indicatif::{ProgressBar, ProgressDrawTarget, ProgressStyle};
 use tsutsumi_case::{Observer, Progress, Wish};
 
 /// Until the first line where there is no terminal, and between the next ones.
-const FIRST_LINE: Duration = Duration::from_secs(2);
-const BETWEEN_LINES: Duration = Duration::from_secs(10);
+pub(crate) const FIRST_LINE: Duration = Duration::from_secs(2);
+pub(crate) const BETWEEN_LINES: Duration = Duration::from_secs(10);
 /// Positions of the bar.
-const RESOLUTION: f64 = 1000.0;
+pub(crate) const RESOLUTION: f64 = 1000.0;
 
 /// Shows a run to a person.
 pub(crate) struct Display {
@@ -30,22 +30,12 @@ enum Style {
 
 impl Display {
     pub(crate) fn new(quiet: bool) -> Self {
-        let stop = Arc::new(AtomicBool::new(false));
-        let flag = Arc::clone(&stop);
-        // A second Ctrl-C ends the program at once, should the first one go unheard.
-        let handler = move || {
-            if flag.swap(true, Ordering::Relaxed) {
-                std::process::exit(i32::from(crate::INTERRUPTED));
-            }
-        };
-        // Without a handler Ctrl-C ends the program; the results on disk are whole all the same.
-        let _ = ctrlc::set_handler(handler);
         let style = match (quiet, std::io::stderr().is_terminal()) {
             (true, _) => Style::Quiet,
             (false, true) => Style::Bar(bar()),
             (false, false) => Style::Lines { next: Instant::now() + FIRST_LINE },
         };
-        Display { stop, started: Instant::now(), style }
+        Display { stop: stop_on_signal(), started: Instant::now(), style }
     }
 
     /// Takes the bar away.
@@ -65,7 +55,22 @@ impl Display {
     }
 }
 
-fn bar() -> ProgressBar {
+/// A flag that Ctrl-C sets.
+pub(crate) fn stop_on_signal() -> Arc<AtomicBool> {
+    let stop = Arc::new(AtomicBool::new(false));
+    let flag = Arc::clone(&stop);
+    // A second Ctrl-C ends the program at once, should the first one go unheard.
+    let handler = move || {
+        if flag.swap(true, Ordering::Relaxed) {
+            std::process::exit(i32::from(crate::INTERRUPTED));
+        }
+    };
+    // Without a handler Ctrl-C ends the program; the results on disk are whole all the same.
+    let _ = ctrlc::set_handler(handler);
+    stop
+}
+
+pub(crate) fn bar() -> ProgressBar {
     let bar = ProgressBar::with_draw_target(Some(RESOLUTION as u64), ProgressDrawTarget::stderr());
     match ProgressStyle::with_template("{bar:30} {percent:>3} %  {msg}") {
         Ok(style) => bar.with_style(style),

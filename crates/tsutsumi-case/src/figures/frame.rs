@@ -39,13 +39,31 @@ pub(super) struct Frame {
     pub(super) y_down: bool,
     /// Which way ticks point.
     pub(super) ticks: TickSide,
+    /// Whether another frame below carries the numbers and the title of the horizontal axis.
+    pub(super) bare_below: bool,
+    /// Room for the numbers and the title of the vertical axis (pt).
+    pub(super) beside: f64,
+    /// A second vertical axis at the right, and whether it grows downwards.
+    pub(super) right: Option<(Axis, bool)>,
 }
 
 impl Frame {
     /// The place on the page (pt) of a point of the data.
     pub(super) fn place(&self, [x, y]: [f64; 2]) -> [f64; 2] {
-        let down = if self.y_down { self.y.fraction(y) } else { 1.0 - self.y.fraction(y) };
-        [self.corner[0] + self.x.fraction(x) * self.size[0], self.corner[1] + down * self.size[1]]
+        self.place_on(&self.y, self.y_down, [x, y])
+    }
+
+    /// The place on the page (pt) of a point that belongs to the axis at the right; to the left one if there is no other.
+    pub(super) fn place_at_right(&self, point: [f64; 2]) -> [f64; 2] {
+        match &self.right {
+            Some((axis, down)) => self.place_on(axis, *down, point),
+            None => self.place(point),
+        }
+    }
+
+    fn place_on(&self, axis: &Axis, down: bool, [x, y]: [f64; 2]) -> [f64; 2] {
+        let fraction = if down { axis.fraction(y) } else { 1.0 - axis.fraction(y) };
+        [self.corner[0] + self.x.fraction(x) * self.size[0], self.corner[1] + fraction * self.size[1]]
     }
 
     /// Right and lower end on the page (pt).
@@ -53,8 +71,8 @@ impl Frame {
         [self.corner[0] + self.size[0], self.corner[1] + self.size[1]]
     }
 
-    /// Room that tick numbers and title need on the left (pt).
-    pub(super) fn room_left(typeface: &Typeface, y: &Axis, ticks: TickSide) -> f64 {
+    /// Room that tick numbers and title of a vertical axis need beside the area (pt).
+    pub(super) fn room_beside(typeface: &Typeface, y: &Axis, ticks: TickSide) -> f64 {
         ticks.outer_length() + GAP + widest_label(typeface, y) + GAP + LABEL_SIZE
     }
 
@@ -81,7 +99,8 @@ impl Frame {
         page.stroke("ticks", self.tick_marks(), Stroke::solid(INK, FRAME_WIDTH));
         page.stroke("frame", rectangle(self.corner, self.far_corner()), Stroke::solid(INK, FRAME_WIDTH));
         let gap = self.ticks.outer_length() + GAP;
-        for tick in &self.x.ticks {
+        let below: &[_] = if self.bare_below { &[] } else { &self.x.ticks };
+        for tick in below {
             let anchor = [self.place([tick.value, self.y.low])[0], self.far_corner()[1] + gap + 0.5 * TICK_SIZE];
             typeface.draw(page, &tick.label, TICK_SIZE, anchor, (Align::Middle, Direction::Across));
         }
@@ -89,17 +108,32 @@ impl Frame {
             let anchor = [self.corner[0] - gap, self.place([self.x.low, tick.value])[1]];
             typeface.draw(page, &tick.label, TICK_SIZE, anchor, (Align::End, Direction::Across));
         }
+        for tick in self.right.iter().flat_map(|(axis, _)| &axis.ticks) {
+            let anchor = [self.far_corner()[0] + gap, self.place_at_right([self.x.low, tick.value])[1]];
+            typeface.draw(page, &tick.label, TICK_SIZE, anchor, (Align::Start, Direction::Across));
+        }
     }
 
     /// Writes the axis titles, in a smaller font where they would be longer than `room` (pt along x and y).
     pub(super) fn draw_titles(&self, page: &mut Drawing, typeface: &Typeface, [x, y]: [&str; 2], room: [f64; 2]) {
         let middle = [self.corner[0] + 0.5 * self.size[0], self.corner[1] + 0.5 * self.size[1]];
-        let below = self.far_corner()[1] + Self::room_below(self.ticks) - 0.5 * LABEL_SIZE;
-        let size = typeface.fitting_size(x, LABEL_SIZE, room[0]);
-        typeface.draw(page, x, size, [middle[0], below], (Align::Middle, Direction::Across));
-        let beside = self.corner[0] - Self::room_left(typeface, &self.y, self.ticks) + 0.5 * LABEL_SIZE;
+        if !self.bare_below {
+            let below = self.far_corner()[1] + Self::room_below(self.ticks) - 0.5 * LABEL_SIZE;
+            let size = typeface.fitting_size(x, LABEL_SIZE, room[0]);
+            typeface.draw(page, x, size, [middle[0], below], (Align::Middle, Direction::Across));
+        }
+        let beside = self.corner[0] - self.beside + 0.5 * LABEL_SIZE;
         let size = typeface.fitting_size(y, LABEL_SIZE, room[1]);
         typeface.draw(page, y, size, [beside, middle[1]], (Align::Middle, Direction::Upwards));
+    }
+
+    /// Writes the title of the axis at the right, in a smaller font where it would be longer than `room` (pt).
+    pub(super) fn draw_right_title(&self, page: &mut Drawing, typeface: &Typeface, title: &str, room: f64) {
+        let Some((axis, _)) = &self.right else { return };
+        let beside = self.far_corner()[0] + Self::room_beside(typeface, axis, self.ticks) - 0.5 * LABEL_SIZE;
+        let anchor = [beside, self.corner[1] + 0.5 * self.size[1]];
+        let size = typeface.fitting_size(title, LABEL_SIZE, room);
+        typeface.draw(page, title, size, anchor, (Align::Middle, Direction::Upwards));
     }
 
     /// All ticks as one path.
@@ -112,6 +146,11 @@ impl Frame {
         }
         for (value, length) in [numbered(&self.y), unnumbered(&self.y)].concat() {
             path.extend(self.horizontal_marks(self.place([self.x.low, value])[1], length));
+        }
+        let right = self.far_corner()[0];
+        for (value, length) in self.right.iter().flat_map(|(axis, _)| [numbered(axis), unnumbered(axis)].concat()) {
+            let y = self.place_at_right([self.x.low, value])[1];
+            path.extend(line([right, y], [right - length, y]));
         }
         path
     }
@@ -130,6 +169,7 @@ impl Frame {
         let [left, right] = [self.corner[0], self.far_corner()[0]];
         match self.ticks {
             TickSide::Outside => line([left, y], [left - length, y]),
+            TickSide::Inside if self.right.is_some() => line([left, y], [left + length, y]),
             TickSide::Inside => [line([left, y], [left + length, y]), line([right, y], [right - length, y])].concat(),
         }
     }

@@ -29,15 +29,16 @@ pub(super) struct Legend {
 }
 
 impl Legend {
-    /// Finds the place of a legend.
-    pub(super) fn new(typeface: &Typeface, entries: Vec<Entry>, frame: &Frame, traces: &[Trace]) -> Self {
+    /// Finds the place of a legend: in the first of the frames, each with the curves in it, that has room.
+    pub(super) fn new(typeface: &Typeface, entries: Vec<Entry>, panels: &[(&Frame, &[Trace])]) -> Self {
+        let frame = panels[0].0;
         let room = frame.size[0] - SAMPLE_LENGTH - 4.0 * GAP;
         let sizes = entries.iter().map(|entry| typeface.fitting_size(&entry.label, TICK_SIZE, room));
         let label_size = sizes.fold(TICK_SIZE, f64::min);
         let widths = entries.iter().map(|entry| typeface.width(&entry.label, label_size));
         let entry_width = SAMPLE_LENGTH + GAP + widths.fold(0.0, f64::max);
         let mut legend = Self { height_above: 0.0, entries, corner: frame.corner, columns: 1, entry_width, label_size };
-        match legend.free_corner(frame, traces) {
+        match panels.iter().find_map(|(frame, traces)| legend.free_corner(frame, traces)) {
             Some(corner) => legend.corner = corner,
             None => legend.arrange_above(frame),
         }

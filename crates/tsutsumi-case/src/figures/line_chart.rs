@@ -4,7 +4,9 @@ use super::axis::{Axis, AxisScale, padded, range_of, widened};
 use super::drawing::{Color, Drawing, Segment, Shape, Stroke, circle, polygon, polyline, rectangle};
 use super::frame::{Frame, TickSide, labels_fit, lines_fit};
 use super::legend::{Entry, Legend};
-use super::style::{self, CHART_HEIGHT, COLUMN_WIDTH, CURVE_COLORS, CURVE_WIDTH, MARKER_RADIUS, RIM, TICK_SIZE};
+use super::style::{
+    self, CHART_HEIGHT, COLUMN_WIDTH, CURVE_COLORS, CURVE_WIDTH, MARKER_RADIUS, PANEL_GAP, PANEL_HEIGHT, RIM, TICK_SIZE,
+};
 use super::text::{Align, Direction, Typeface};
 use super::{Figure, FigureError, check_length, draw_title, title_height};
 use std::path::Path;
@@ -17,6 +19,10 @@ pub enum CurveStyle {
     Automatic,
     /// A solid line.
     Line,
+    /// A thin solid line, drawn over the others: what they are held against.
+    Thin,
+    /// A thin solid line with hollow markers at some of its points.
+    ThinMarkers,
     /// A line of dashes. It is drawn over solid lines, so a solid curve that it follows closely is still seen.
     Dashed,
     /// A line of dots.
@@ -40,6 +46,8 @@ pub struct Curve {
     pub y: Vec<f64>,
     /// How the curve is drawn.
     pub style: CurveStyle,
+    /// The place in the list that its colour follows from; its own if none. With it, a curve looks the same in several charts.
+    pub place: Option<usize>,
 }
 
 /// A chart of curves over one horizontal axis, for example settlement or pore pressure over time.
@@ -62,6 +70,24 @@ pub struct LineChart {
     pub y_down: bool,
     /// Curves, in the order of the legend.
     pub curves: Vec<Curve>,
+    /// Curves with a vertical axis of their own at the right of the same area. Their looks follow on those of `curves`.
+    pub right: Option<SecondAxis>,
+    /// Curves in a second area below, over the same horizontal axis. A curve with the label of one above has its look, and
+    /// shares its place in the legend.
+    pub below: Option<SecondAxis>,
+}
+
+/// A second vertical axis with its curves.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct SecondAxis {
+    /// Title of the axis with its unit in round brackets.
+    pub label: String,
+    /// Scale of the axis.
+    pub scale: AxisScale,
+    /// Whether the axis grows downwards.
+    pub down: bool,
+    /// The curves.
+    pub curves: Vec<Curve>,
 }
 
 impl LineChart {
@@ -76,67 +102,148 @@ impl LineChart {
         super::save(self, path_without_extension)
     }
 
-    /// Both axes, in loose fit around the data.
-    fn axes(&self, typeface: &Typeface) -> [Axis; 2] {
-        let range = |values: fn(&Curve) -> &Vec<f64>, scale| {
-            let drawable = self.curves.iter().flat_map(|curve| {
-                let points = curve.x.iter().zip(&curve.y).zip(values(curve));
-                points.filter(|((x, y), _)| self.can_draw([**x, **y])).map(|(_, value)| *value)
-            });
-            range_of(drawable, scale)
-        };
-        let x_range = fitted(range(|curve| &curve.x, self.x_scale), self.x_scale, widened);
-        let y_range = fitted(range(|curve| &curve.y, self.y_scale), self.y_scale, |range| padded(widened(range)));
-        let y_axis = |intervals| Axis::loose(y_range, self.y_scale, intervals);
-        let y = Axis::finest(6, y_axis, |axis| lines_fit(axis, CHART_HEIGHT));
-        let width = COLUMN_WIDTH - 2.0 * RIM - Frame::room_left(typeface, &y, TickSide::Inside);
-        let x_axis = |intervals| Axis::loose(x_range, self.x_scale, intervals);
-        let x = Axis::finest(8, x_axis, |axis| labels_fit(typeface, axis, width));
-        [x, y]
+    /// All curves, each with the scale of its vertical axis: those of the main area, at the right, below.
+    fn all_curves(&self) -> impl Iterator<Item = (&Curve, AxisScale)> {
+        let main = self.curves.iter().map(|curve| (curve, self.y_scale));
+        let second = self.right.iter().chain(&self.below);
+        main.chain(second.flat_map(|axis| axis.curves.iter().map(|curve| (curve, axis.scale))))
+    }
+
+    /// The horizontal axis, as long as `width` (pt), in loose fit around the data.
+    fn x_axis(&self, typeface: &Typeface, width: f64) -> Axis {
+        let drawable = self.all_curves().flat_map(|(curve, y_scale)| {
+            let points = curve.x.iter().zip(&curve.y);
+            points.filter(move |(x, y)| self.can_draw(y_scale, [**x, **y])).map(|(x, _)| *x)
+        });
+        let range = fitted(range_of(drawable, self.x_scale), self.x_scale, widened);
+        let x_axis = |intervals| Axis::loose(range, self.x_scale, intervals);
+        Axis::finest(8, x_axis, |axis| labels_fit(typeface, axis, width))
+    }
+
+    /// A vertical axis, as high as `height` (pt), in loose fit around the data.
+    fn y_axis(&self, curves: &[Curve], scale: AxisScale, height: f64) -> Axis {
+        let drawable = curves.iter().flat_map(|curve| {
+            let points = curve.x.iter().zip(&curve.y);
+            points.filter(|(x, y)| self.can_draw(scale, [**x, **y])).map(|(_, y)| *y)
+        });
+        let range = fitted(range_of(drawable, scale), scale, |range| padded(widened(range)));
+        Axis::finest(6, |intervals| Axis::loose(range, scale, intervals), |axis| lines_fit(axis, height))
     }
 
     /// Whether both axes can show a point.
-    fn can_draw(&self, [x, y]: [f64; 2]) -> bool {
-        self.x_scale.can_draw(x) && self.y_scale.can_draw(y)
+    fn can_draw(&self, y_scale: AxisScale, [x, y]: [f64; 2]) -> bool {
+        self.x_scale.can_draw(x) && y_scale.can_draw(y)
     }
 
-    /// The frame below a header of the given height (pt).
-    fn frame(&self, typeface: &Typeface, header: f64) -> Frame {
-        let [x, y] = self.axes(typeface);
-        let left = RIM + Frame::room_left(typeface, &y, TickSide::Inside);
+    /// Height of a framed area (pt).
+    fn height(&self) -> f64 {
+        if self.below.is_some() { PANEL_HEIGHT } else { CHART_HEIGHT }
+    }
+
+    /// The framed areas, one or two, below a header of the given height (pt).
+    fn frames(&self, typeface: &Typeface, header: f64) -> Vec<Frame> {
+        let height = self.height();
+        let main = self.y_axis(&self.curves, self.y_scale, height);
+        let below = self.below.as_ref().map(|axis| (self.y_axis(&axis.curves, axis.scale, height), axis.down));
+        let right = self.right.as_ref().map(|axis| (self.y_axis(&axis.curves, axis.scale, height), axis.down));
+        let ticks = TickSide::Inside;
+        let room = |axis: &Axis| Frame::room_beside(typeface, axis, ticks);
+        let beside = below.iter().map(|(axis, _)| room(axis)).fold(room(&main), f64::max);
+        let left = RIM + beside;
+        let x = self.x_axis(typeface, COLUMN_WIDTH - RIM - left);
         // Half of the last number stands out to the right.
         let last = x.ticks.last().map_or(0.0, |tick| typeface.width(&tick.label, TICK_SIZE));
-        let right = RIM + (0.5 * last).max(2.0);
+        let at_right = right.as_ref().map_or(0.0, |(axis, _)| room(axis));
+        let margin = RIM + (0.5 * last).max(2.0).max(at_right);
         // Numbers as wide as half the page leave a small frame rather than none.
-        let width = (COLUMN_WIDTH - left - right).max(0.4 * COLUMN_WIDTH);
+        let width = (COLUMN_WIDTH - left - margin).max(0.4 * COLUMN_WIDTH);
+        let x = if at_right > 0.0 { self.x_axis(typeface, width) } else { x };
         // Half of the uppermost number stands out above.
-        let corner = [left, RIM + header.max(0.5 * TICK_SIZE)];
-        Frame { corner, size: [width, CHART_HEIGHT], x, y, y_down: self.y_down, ticks: TickSide::Inside }
+        let top = RIM + header.max(0.5 * TICK_SIZE);
+        let bare_below = below.is_some();
+        let frame = |y: Axis, y_down: bool, top: f64| Frame {
+            corner: [left, top],
+            size: [width, height],
+            x: x.clone(),
+            y,
+            y_down,
+            ticks,
+            bare_below: false,
+            beside,
+            right: None,
+        };
+        let first = Frame { bare_below, right, ..frame(main, self.y_down, top) };
+        let second = below.map(|(axis, down)| frame(axis, down, top + height + PANEL_GAP));
+        std::iter::once(first).chain(second).collect()
     }
 
-    /// The curves on the page.
-    fn traces(&self, frame: &Frame) -> Vec<Trace> {
-        self.curves
-            .iter()
-            .enumerate()
-            .map(|(index, curve)| {
-                let points = curve.x.iter().zip(&curve.y).map(|(x, y)| [*x, *y]);
-                let places = points.map(|point| self.can_draw(point).then(|| frame.place(point)));
-                Trace { runs: runs(places), look: Look::of(curve.style, index) }
-            })
+    /// The looks of all curves, in the order of [`Self::all_curves`].
+    fn looks(&self) -> Vec<Look> {
+        let num_above = self.all_curves().count() - self.below.as_ref().map_or(0, |axis| axis.curves.len());
+        let all: Vec<&Curve> = self.all_curves().map(|(curve, _)| curve).collect();
+        let shared = |index: usize, label: &str| {
+            let above = all[..num_above].iter().position(|curve| !label.is_empty() && curve.label == label);
+            above.filter(|_| index >= num_above).unwrap_or(index)
+        };
+        let looks = all.iter().enumerate();
+        looks
+            .map(|(index, curve)| Look::of(curve.style, curve.place.unwrap_or_else(|| shared(index, &curve.label))))
             .collect()
     }
 
-    /// The curves' entries in the legend.
+    /// The curves on the page, area by area.
+    fn traces(&self, frames: &[Frame]) -> Vec<Vec<Trace>> {
+        let looks = self.looks();
+        let num_left = self.curves.len();
+        let num_above = num_left + self.right.as_ref().map_or(0, |axis| axis.curves.len());
+        let mut traces: Vec<Vec<Trace>> = frames.iter().map(|_| Vec::new()).collect();
+        for (index, ((curve, y_scale), look)) in self.all_curves().zip(looks).enumerate() {
+            let area = usize::from(index >= num_above);
+            let frame = &frames[area];
+            let place = |point| match index < num_left || index >= num_above {
+                true => frame.place(point),
+                false => frame.place_at_right(point),
+            };
+            let points = curve.x.iter().zip(&curve.y).map(|(x, y)| [*x, *y]);
+            let places = points.map(|point| self.can_draw(y_scale, point).then(|| place(point)));
+            traces[area].push(Trace { runs: runs(places), look });
+        }
+        traces
+    }
+
+    /// The curves' entries in the legend; one for curves that share look and label.
     fn entries(&self) -> Vec<Entry> {
-        let named = self.curves.iter().enumerate().filter(|(_, curve)| !curve.label.trim().is_empty());
-        named.map(|(index, curve)| Entry { label: curve.label.clone(), look: Look::of(curve.style, index) }).collect()
+        let mut entries: Vec<Entry> = Vec::new();
+        for ((curve, _), look) in self.all_curves().zip(self.looks()) {
+            let is_there = entries.iter().any(|entry| entry.label == curve.label && entry.look == look);
+            if !curve.label.trim().is_empty() && !is_there {
+                entries.push(Entry { label: curve.label.clone(), look });
+            }
+        }
+        entries
+    }
+
+    /// Draws the frames with their titles, as wide as the page allows.
+    fn draw_frames(&self, page: &mut Drawing, typeface: &Typeface, frames: &[Frame], header: f64) {
+        let labels = [Some(&self.y_label), self.below.as_ref().map(|axis| &axis.label)];
+        for (frame, label) in frames.iter().zip(labels.into_iter().flatten()) {
+            frame.draw_guides(page);
+            frame.draw(page, typeface);
+            let middle = frame.corner[0] + 0.5 * frame.size[0];
+            let beyond = if frames.len() > 1 { PANEL_GAP } else { header };
+            let room = [2.0 * (page.width - RIM - middle), frame.size[1] + beyond];
+            let titles = [frame.x.title(&self.x_label), frame.y.title(label)];
+            frame.draw_titles(page, typeface, [&titles[0], &titles[1]], room);
+            if let (Some(axis), Some((scale, _))) = (&self.right, &frame.right) {
+                frame.draw_right_title(page, typeface, &scale.title(&axis.label), room[1]);
+            }
+        }
     }
 }
 
 impl Figure for LineChart {
     fn check(&self, path: &Path) -> Result<(), FigureError> {
-        self.curves.iter().try_for_each(|curve| {
+        self.all_curves().try_for_each(|(curve, _)| {
             check_length(path, &format!("y of curve \"{}\"", curve.label), curve.x.len(), curve.y.len())
         })
     }
@@ -145,30 +252,29 @@ impl Figure for LineChart {
         let title_width = COLUMN_WIDTH - 2.0 * RIM;
         let title = typeface.wrapped(self.title.as_deref().unwrap_or_default(), style::TITLE_SIZE, title_width);
         let header = title_height(&title);
-        let mut frame = self.frame(typeface, header);
-        let mut traces = self.traces(&frame);
-        let mut legend = Legend::new(typeface, self.entries(), &frame, &traces);
+        let mut frames = self.frames(typeface, header);
+        let mut traces = self.traces(&frames);
+        let panels: Vec<_> = frames.iter().zip(&traces).map(|(frame, traces)| (frame, traces.as_slice())).collect();
+        let mut legend = Legend::new(typeface, self.entries(), &panels);
         if legend.height_above > 0.0 {
-            frame = self.frame(typeface, header + legend.height_above);
-            traces = self.traces(&frame);
-            legend.move_above(&frame);
+            frames = self.frames(typeface, header + legend.height_above);
+            traces = self.traces(&frames);
+            legend.move_above(&frames[0]);
         }
-        let [right, bottom] = frame.far_corner();
-        let width = COLUMN_WIDTH.max(right + RIM);
+        let at_right = frames[0].right.as_ref().map(|(axis, _)| Frame::room_beside(typeface, axis, frames[0].ticks));
+        let [right, bottom] = frames[frames.len() - 1].far_corner();
+        let width = COLUMN_WIDTH.max(right + RIM + at_right.unwrap_or(0.0));
         let mut page = Drawing::new(width, bottom + Frame::room_below(TickSide::Inside) + RIM);
         draw_title(&mut page, typeface, &title, [0.5 * width, RIM]);
-        frame.draw_guides(&mut page);
-        frame.draw(&mut page, typeface);
-        let middle = frame.corner[0] + 0.5 * frame.size[0];
-        let room = [2.0 * (width - RIM - middle), CHART_HEIGHT + header];
-        let titles = [frame.x.title(&self.x_label), frame.y.title(&self.y_label)];
-        frame.draw_titles(&mut page, typeface, [&titles[0], &titles[1]], room);
-        draw_traces(&mut page, &traces);
-        legend.draw(&mut page, typeface);
-        if traces.iter().all(|trace| trace.runs.is_empty()) {
-            let anchor = [middle, 0.5 * (frame.corner[1] + bottom)];
-            typeface.draw(&mut page, "no data", TICK_SIZE, anchor, (Align::Middle, Direction::Across));
+        self.draw_frames(&mut page, typeface, &frames, header);
+        for (frame, traces) in frames.iter().zip(&traces) {
+            draw_traces(&mut page, traces);
+            if traces.iter().all(|trace| trace.runs.is_empty()) {
+                let anchor = [0, 1].map(|axis| frame.corner[axis] + 0.5 * frame.size[axis]);
+                typeface.draw(&mut page, "no data", TICK_SIZE, anchor, (Align::Middle, Direction::Across));
+            }
         }
+        legend.draw(&mut page, typeface);
         page
     }
 }
@@ -179,6 +285,8 @@ pub(super) struct Look {
     color: Color,
     /// Dashes, if there is a line; empty for a solid one.
     dash: Option<&'static [f64]>,
+    /// Width of the line (pt).
+    width: f64,
     /// Form of the markers, if there are any.
     marker: Option<usize>,
 }
@@ -193,20 +301,22 @@ impl Look {
             CurveStyle::Automatic => {
                 (Some(dashes[(index % CURVE_COLORS.len() + index / CURVE_COLORS.len()) % dashes.len()]), None)
             }
-            CurveStyle::Line => (Some(dashes[0]), None),
+            CurveStyle::Line | CurveStyle::Thin => (Some(dashes[0]), None),
             CurveStyle::Dashed => (Some(style::DASHED), None),
             CurveStyle::Dotted => (Some(style::DOTTED), None),
             CurveStyle::DashDotted => (Some(style::DASH_DOTTED), None),
             CurveStyle::Markers => (None, Some(index)),
-            CurveStyle::LineMarkers => (Some(dashes[0]), Some(index)),
+            CurveStyle::LineMarkers | CurveStyle::ThinMarkers => (Some(dashes[0]), Some(index)),
         };
-        Self { color, dash, marker }
+        let is_thin = matches!(style, CurveStyle::Thin | CurveStyle::ThinMarkers);
+        let width = if is_thin { style::THIN_CURVE_WIDTH } else { CURVE_WIDTH };
+        Self { color, dash, width, marker }
     }
 
-    /// Solid lines lie lowest, then broken ones, then markers alone: what leaves gaps does not hide what it covers.
+    /// Solid lines lie lowest, then broken and thin ones, then markers alone: what leaves gaps does not hide what it covers.
     fn layer(&self) -> usize {
         match self.dash {
-            Some([]) => 0,
+            Some([]) if self.width >= CURVE_WIDTH => 0,
             Some(_) => 1,
             None => 2,
         }
@@ -217,8 +327,8 @@ impl Look {
         if let Some(dash) = self.dash {
             match points {
                 // A line needs two points; one alone is shown as a dot.
-                [point] => page.fill("curve", circle(*point, CURVE_WIDTH), self.color),
-                _ => page.stroke("curve", polyline(points), Stroke { color: self.color, width: CURVE_WIDTH, dash }),
+                [point] => page.fill("curve", circle(*point, self.width), self.color),
+                _ => page.stroke("curve", polyline(points), Stroke { color: self.color, width: self.width, dash }),
             }
         }
         if let Some(form) = self.marker {

@@ -18,7 +18,7 @@ mod style;
 mod text;
 
 pub use axis::AxisScale;
-pub use line_chart::{Curve, CurveStyle, LineChart};
+pub use line_chart::{Curve, CurveStyle, LineChart, SecondAxis};
 pub use particle_chart::ParticleChart;
 
 use drawing::Drawing;

@@ -117,7 +117,9 @@ impl ParticleChart {
         let upwards = |intervals| Axis::tight(extent[1], intervals);
         let x = Axis::finest(5, across, |axis| labels_fit(typeface, axis, size[0]));
         let y = Axis::finest(6, upwards, |axis| lines_fit(axis, size[1]));
-        Frame { corner: [0.0; 2], size, x, y, y_down: false, ticks: TickSide::Outside }
+        let ticks = TickSide::Outside;
+        let beside = Frame::room_beside(typeface, &y, ticks);
+        Frame { corner: [0.0; 2], size, x, y, y_down: false, ticks, bare_below: false, beside, right: None }
     }
 
     /// Draws the grid lines.
@@ -260,7 +262,7 @@ impl Margins {
         let beside = overhang[0].max(bar.overhang(frame));
         let along = overhang[1].max(bar.overhang_above(frame));
         Self {
-            left: RIM + Frame::room_left(typeface, &frame.y, frame.ticks).max(beside),
+            left: RIM + Frame::room_beside(typeface, &frame.y, frame.ticks).max(beside),
             right: RIM + bar.room_right().max(beside).max(TICK_SIZE),
             above: along.max(0.5 * TICK_SIZE),
             below: along.max(Frame::room_below(frame.ticks)) + bar.room_below(),

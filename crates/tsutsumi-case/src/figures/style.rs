@@ -8,6 +8,10 @@ use super::drawing::Color;
 pub(super) const COLUMN_WIDTH: f64 = 255.0;
 /// Height of the framed area of a line chart (pt).
 pub(super) const CHART_HEIGHT: f64 = 158.0;
+/// Height of each framed area where there are two below each other (pt).
+pub(super) const PANEL_HEIGHT: f64 = 104.0;
+/// Gap between framed areas below each other (pt).
+pub(super) const PANEL_GAP: f64 = 8.0;
 /// Largest framed area of a particle chart, width and height (pt).
 pub(super) const PARTICLE_AREA: [f64; 2] = [172.0, 230.0];
 /// White rim around every figure (pt).
@@ -26,6 +30,8 @@ pub(super) const LINE_SPACING: f64 = 1.35;
 pub(super) const FRAME_WIDTH: f64 = 0.6;
 /// Width of curves (pt).
 pub(super) const CURVE_WIDTH: f64 = 1.1;
+/// Width of thin curves (pt).
+pub(super) const THIN_CURVE_WIDTH: f64 = 0.6;
 /// Width of background grid lines (pt).
 pub(super) const GRID_WIDTH: f64 = 0.35;
 /// Length of major ticks (pt).

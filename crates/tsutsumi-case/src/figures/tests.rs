@@ -32,7 +32,7 @@ fn sides(rectangle: &[f64]) -> [f64; 4] {
 }
 
 fn line_chart(x: Vec<f64>, y: Vec<f64>) -> LineChart {
-    let curve = Curve { label: "a < b & \"c\"".into(), x, y, style: CurveStyle::Line };
+    let curve = Curve { label: "a < b & \"c\"".into(), x, y, style: CurveStyle::Line, place: None };
     LineChart { x_label: "time (s)".into(), y_label: "σ′ (kPa)".into(), curves: vec![curve], ..LineChart::default() }
 }
 

@@ -1,8 +1,13 @@
 //! Text as outlines of an embedded typeface (Noto Sans Regular, SIL Open Font License 1.1, from the crate `notosans`).
 
-use super::drawing::{Drawing, Segment, Shape};
+use super::drawing::{Drawing, Segment, Shape, circle};
 use super::style;
 use ttf_parser::{Face, FaceParsingError, OutlineBuilder};
+
+/// Width that a ringed digit takes, the radius of its ring and the thickness of that, as parts of the font size.
+const RINGED_ADVANCE: f64 = 0.98;
+const RING_RADIUS: f64 = 0.43;
+const RING_WIDTH: f64 = 0.055;
 
 /// Where a text lies along its line with regard to its anchor point.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -82,12 +87,19 @@ impl Typeface {
         let mut outline = Outline { path: Vec::new(), anchor, direction, offset: [start, 0.0], scale: 0.0 };
         for character in text.chars() {
             let form = Form::of(character);
+            let advance = self.advance(character) * self.scale(size);
+            let start = outline.offset[0];
             outline.scale = self.scale(size) * form.scale;
             outline.offset[1] = baseline - form.rise * size;
+            if form.is_ringed {
+                let digit = self.plain_advance(&form) * self.scale(size);
+                outline.ring(start + 0.5 * advance, size);
+                outline.offset = [start + 0.5 * (advance - digit), baseline * form.scale];
+            }
             if let Some(glyph) = self.glyph(form.character) {
                 self.face.outline_glyph(glyph, &mut outline);
             }
-            outline.offset[0] += self.advance(character) * self.scale(size);
+            outline.offset[0] = start + advance;
         }
         let words = Some(text.to_owned());
         page.add(Shape { path: outline.path, fill: Some(style::INK), class: "text", words, ..Shape::default() });
@@ -109,18 +121,25 @@ impl Typeface {
     /// Advance of a character in font units.
     fn advance(&self, character: char) -> f64 {
         let form = Form::of(character);
+        if form.is_ringed { RINGED_ADVANCE * f64::from(self.face.units_per_em()) } else { self.plain_advance(&form) }
+    }
+
+    /// Advance of the glyph of a form in font units.
+    fn plain_advance(&self, form: &Form) -> f64 {
         let advance = self.glyph(form.character).and_then(|glyph| self.face.glyph_hor_advance(glyph));
         form.scale * advance.map_or(0.0, f64::from)
     }
 }
 
-/// How a character is drawn: the typeface lacks some of the raised and lowered digits, so all are made from plain ones.
+/// How a character is drawn: the typeface lacks some of the raised, lowered and ringed digits, so all are made from plain ones.
 struct Form {
     character: char,
     /// Size as part of the font size.
     scale: f64,
     /// Height above the baseline as part of the font size.
     rise: f64,
+    /// Whether it stands in a ring: ① to ⑨.
+    is_ringed: bool,
 }
 
 impl Form {
@@ -129,12 +148,15 @@ impl Form {
         let place = |list: &str| list.chars().position(|other| other == character);
         let plain = |place: usize| "0123456789−+".chars().nth(place).unwrap_or(character);
         if let Some(place) = place("⁰¹²³⁴⁵⁶⁷⁸⁹⁻⁺") {
-            return Self { character: plain(place), scale: 0.66, rise: 0.34 };
+            return Self { character: plain(place), scale: 0.66, rise: 0.34, is_ringed: false };
         }
         if let Some(place) = place("₀₁₂₃₄₅₆₇₈₉₋₊") {
-            return Self { character: plain(place), scale: 0.66, rise: -0.13 };
+            return Self { character: plain(place), scale: 0.66, rise: -0.13, is_ringed: false };
         }
-        Self { character, scale: 1.0, rise: 0.0 }
+        if let Some(place) = place("①②③④⑤⑥⑦⑧⑨") {
+            return Self { character: plain(place + 1), scale: 0.72, rise: 0.0, is_ringed: true };
+        }
+        Self { character, scale: 1.0, rise: 0.0, is_ringed: false }
     }
 }
 
@@ -156,6 +178,27 @@ impl Outline {
             Direction::Across => [self.anchor[0] + along, self.anchor[1] + down],
             Direction::Upwards => [self.anchor[0] + down, self.anchor[1] - along],
         }
+    }
+}
+
+impl Outline {
+    /// A ring around the middle of the line, its centre so far along it (pt), for a font size (pt).
+    fn ring(&mut self, along: f64, size: f64) {
+        let centre = match self.direction {
+            Direction::Across => [self.anchor[0] + along, self.anchor[1]],
+            Direction::Upwards => [self.anchor[0], self.anchor[1] - along],
+        };
+        self.path.extend(circle(centre, RING_RADIUS * size));
+        // The other way round, so that the inside stays empty.
+        let mirrored = |[x, y]: [f64; 2]| [x, 2.0 * centre[1] - y];
+        let inside = circle(centre, (RING_RADIUS - RING_WIDTH) * size).into_iter().map(|segment| match segment {
+            Segment::Move(to) => Segment::Move(mirrored(to)),
+            Segment::Line(to) => Segment::Line(mirrored(to)),
+            Segment::Quadratic(by, to) => Segment::Quadratic(mirrored(by), mirrored(to)),
+            Segment::Cubic(from, by, to) => Segment::Cubic(mirrored(from), mirrored(by), mirrored(to)),
+            Segment::Close => Segment::Close,
+        });
+        self.path.extend(inside);
     }
 }
 
@@ -188,7 +231,7 @@ mod tests {
     #[test]
     fn typeface_has_the_characters_that_geomechanics_needs() {
         let typeface = Typeface::embedded().unwrap();
-        let missing: String = "−×·–°′²³⁰¹⁴⁵⁶⁷⁸⁹⁻₀₁₂₃σταβγδεζηθκλμνξπρφχψωΔΣΩ"
+        let missing: String = "−×·–°′²³⁰¹⁴⁵⁶⁷⁸⁹⁻₀₁₂₃①②⑨σταβγδεζηθκλμνξπρφχψωΔΣΩ"
             .chars()
             .filter(|character| typeface.face.glyph_index(Form::of(*character).character).is_none())
             .collect();

@@ -10,3 +10,4 @@ mod folders;
 mod information;
 mod refusals;
 mod runs;
+mod study;

@@ -1,0 +1,57 @@
+//! Studies: variants of a case against references, in one table and in figures, from one file.
+//!
+//! ```no_run
+//! use tsutsumi_case::study::{Study, StudyOptions, run_study};
+//! use tsutsumi_case::{Registry, Silent};
+//!
+//! # fn main() -> Result<(), Box<dyn std::error::Error>> {
+//! let registry = Registry::built_in();
+//! let study = Study::read("paper-cases/poroelastic-column/study.toml", &registry, &[])?;
+//! let summary = run_study(&study, &registry, &StudyOptions::default(), &Silent)?;
+//! println!("{}", summary.table());
+//! # Ok(())
+//! # }
+//! ```
+//!
+//! | module | what is in it |
+//! |---|---|
+//! | `schema`, `validate` | the study file and its checks |
+//! | `plan`, `sweep` | the runs that it asks for |
+//! | [`solutions`] | the exact solutions by name: the only file that knows them |
+//! | `reference` | exact solutions, files of numbers and reference runs, asked alike |
+//! | `quantity`, `series` | columns of histories, their units, rates and values in between |
+//! | `execute` | the runs, side by side, and which of them need not be run again |
+//! | `compare`, `table` | errors and observed orders |
+//! | `draw`, `numbers` | the figures and their numbers |
+
+mod compare;
+mod draw;
+mod execute;
+mod numbers;
+mod output;
+mod plan;
+mod quantity;
+mod reference;
+mod schema;
+mod series;
+pub mod solutions;
+mod sweep;
+mod table;
+mod validate;
+
+pub use compare::{Errors, Order, Row};
+pub use draw::FigureReport;
+pub use execute::{RunReport, StudyObserver};
+pub use output::{StudyError, StudyOptions, StudySummary, run_study};
+pub use plan::Study;
+pub use quantity::Quantity;
+pub use schema::*;
+
+/// The JSON Schema of study files.
+pub fn schema() -> serde_json::Value {
+    let solutions: Vec<_> = solutions::solutions().into_iter().map(solutions::NamedSolution::schema).collect();
+    crate::json_schema::study_schema(&solutions)
+}
+
+#[cfg(test)]
+mod tests;

@@ -1,0 +1,99 @@
+//! Grids of variants from lists of values.
+
+use super::plan::{Setting, refuse_unquoted};
+use super::schema::Sweep;
+use crate::source::list;
+use crate::{CaseError, CaseSource, KeyPath, did_you_mean};
+
+/// More variants than anybody means.
+const MAX_VARIANTS: usize = 1000;
+
+/// A value of a list, and where it stands.
+#[derive(Clone)]
+struct Choice<'a> {
+    key: &'a str,
+    value: &'a toml::Value,
+    place: KeyPath,
+}
+
+/// The variants of a sweep, each with its name and what it sets; the last table of lists changes fastest.
+pub(super) fn expanded(
+    source: &CaseSource,
+    place: &KeyPath,
+    sweep: &Sweep,
+) -> Result<Vec<(String, Vec<Setting>)>, CaseError> {
+    let lists = place.clone().key("lists");
+    let mut combinations: Vec<Vec<Choice>> = vec![Vec::new()];
+    for (index, table) in sweep.lists.iter().enumerate() {
+        let rows = zipped(source, &lists.clone().index(index), table)?;
+        if combinations.len() * rows.len() > MAX_VARIANTS {
+            let help = format!("up to {MAX_VARIANTS} are possible");
+            return Err(source.invalid(&lists, "the lists make too many variants", help));
+        }
+        let pairs = combinations.iter().flat_map(|combination| rows.iter().map(move |row| [&combination[..], row]));
+        combinations = pairs.map(|pair| pair.concat()).collect();
+    }
+    let variant = |choices: Vec<Choice>| {
+        let name = named(source, place, &sweep.name, &choices)?;
+        let setting = |choice: Choice| Setting::new(choice.key, choice.value, choice.place);
+        Ok((name, choices.into_iter().map(setting).collect()))
+    };
+    combinations.into_iter().map(variant).collect()
+}
+
+/// The rows of a table of lists that advance together.
+fn zipped<'a>(source: &CaseSource, place: &KeyPath, table: &'a toml::Table) -> Result<Vec<Vec<Choice<'a>>>, CaseError> {
+    let mut rows: Vec<Vec<Choice>> = Vec::new();
+    for (number, (key, value)) in table.iter().enumerate() {
+        let place = place.clone().key(key);
+        refuse_unquoted(source, &place, key, value)?;
+        let Some(values) = value.as_array().filter(|values| !values.is_empty()) else {
+            let help = "the values stand in brackets: [1.0, 0.5]; lists of vectors in two: [[1.0], [0.5]]";
+            return Err(source.invalid(&place, format!("`{place}` must be a list of values"), help));
+        };
+        if number == 0 {
+            rows.resize_with(values.len(), Vec::new);
+        } else if values.len() != rows.len() {
+            let message = format!("`{place}` is {} long, the lists beside it are {}", values.len(), rows.len());
+            return Err(source.invalid(&place, message, "lists of one table advance together"));
+        }
+        for (index, (row, value)) in rows.iter_mut().zip(values).enumerate() {
+            row.push(Choice { key, value, place: place.clone().index(index) });
+        }
+    }
+    match rows.is_empty() {
+        true => Err(source.invalid(place, format!("`{place}` has no list"), "")),
+        false => Ok(rows),
+    }
+}
+
+/// The name of a variant: the pattern with the values of the keys in braces.
+fn named(source: &CaseSource, place: &KeyPath, pattern: &str, choices: &[Choice]) -> Result<String, CaseError> {
+    let mut name = String::new();
+    let mut rest = pattern;
+    while let Some((before, after)) = rest.split_once('{') {
+        let (key, after) = after.split_once('}').unwrap_or((after, ""));
+        let Some(choice) = choices.iter().find(|choice| choice.key == key.trim()) else {
+            let keys: Vec<&str> = choices.iter().map(|choice| choice.key).collect();
+            let help = match did_you_mean(key, keys.iter().copied()) {
+                Some(near) => format!("did you mean `{{{near}}}`?"),
+                None => format!("the lists have {}", list(&keys)),
+            };
+            return Err(source.invalid(place.clone().key("name"), format!("there is no list for `{{{key}}}`"), help));
+        };
+        name += before;
+        name += &in_name(choice.value);
+        rest = after;
+    }
+    Ok(name + rest)
+}
+
+/// A value as part of a name: vectors with `x` between their numbers.
+fn in_name(value: &toml::Value) -> String {
+    match value {
+        toml::Value::String(text) => text.clone(),
+        toml::Value::Float(number) => number.to_string(),
+        toml::Value::Array(values) => values.iter().map(in_name).collect::<Vec<_>>().join("x"),
+        other => other.to_string(),
+    }
+}
