@@ -1,6 +1,7 @@
-//! The study of the paper's column: the numbers of its three figures, with the automatic step in place of the paper's.
+//! The studies of the repository: the paper's column with the numbers of its three figures, and the book's example.
 //!
-//! The two steps agree within 2e-3 of the largest values (`poroelastic_column.rs`); the study itself is the paper's.
+//! The paper's study runs with the automatic step in place of the paper's; the two agree within 2e-3 of the largest values
+//! (`poroelastic_column.rs`).
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -16,10 +17,12 @@ struct Studied {
 }
 
 impl Studied {
-    fn new() -> Self {
-        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("../paper-cases/poroelastic-column/study.toml");
-        let folder = std::env::temp_dir().join(format!("tsutsumi-paper-study-{}", std::process::id()));
-        let study = Study::read(file, &Registry::built_in(), &["time.step=auto".to_owned()]).unwrap();
+    /// Runs a study of the repository with one more setting.
+    fn new(file: &str, setting: &str) -> Self {
+        let name = file.replace(['/', '.'], "-");
+        let file = Path::new(env!("CARGO_MANIFEST_DIR")).join("..").join(file);
+        let folder = std::env::temp_dir().join(format!("tsutsumi-{name}-{}", std::process::id()));
+        let study = Study::read(file, &Registry::built_in(), &[setting.to_owned()]).unwrap();
         let options = StudyOptions { out: Some(folder.clone()), ..Default::default() };
         let summary = run_study(&study, &Registry::built_in(), &options, &Silent).unwrap();
         Studied { folder, summary }
@@ -48,7 +51,7 @@ impl Drop for Studied {
 
 #[test]
 fn the_figures_of_the_paper() {
-    let studied = Studied::new();
+    let studied = Studied::new("paper-cases/poroelastic-column/study.toml", "time.step=auto");
     assert_eq!(studied.summary.outcome, Outcome::Finished);
     for figure in ["figure-3", "figure-4", "figure-5"] {
         for ending in ["svg", "png"] {
@@ -73,4 +76,17 @@ fn the_figures_of_the_paper() {
         // Values stand at the outputs, rates between them: two lines of every twenty.
         insta::assert_snapshot!("figure_5", studied.figure("figure-5", 19));
     });
+}
+
+/// The example of the book's page on studies, in longer steps: settlements approach theory with the square of the spacing.
+#[test]
+fn the_example_of_the_book_is_of_second_order() {
+    let studied = Studied::new("book/cases/spacing.toml", "time.step=0.05");
+    assert_eq!(studied.summary.outcome, Outcome::Finished);
+    assert_eq!((studied.summary.rows.len(), studied.summary.orders.len()), (8, 6));
+    for order in studied.summary.orders.iter().filter(|order| order.sizes[0] > 0.5) {
+        // The step of 0.05 s adds an error of 5e-5 of the settlement, a tenth of the grid's at 0.5 m and of the other sign:
+        // the last order looks higher by ln(1/0.9)/ln 2 = 0.15.
+        assert!((1.95..2.2).contains(&order.max) && (1.95..2.2).contains(&order.rms), "{order:?}");
+    }
 }

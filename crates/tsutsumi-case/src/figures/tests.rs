@@ -72,6 +72,46 @@ fn the_curve_lies_in_the_frame_and_grows_downwards_if_told() {
     }
 }
 
+/// A second curve over the same times, with the label of the first.
+fn second(y: Vec<f64>) -> SecondAxis {
+    let curves = line_chart(vec![0.0, 10.0, 20.0], y).curves;
+    SecondAxis { label: "rate (mm/s)".into(), curves, ..SecondAxis::default() }
+}
+
+#[test]
+fn a_curve_below_has_its_own_frame_over_the_same_axis() {
+    let mut chart = line_chart(vec![0.0, 10.0, 20.0], vec![0.0, 30.0, 41.0]);
+    chart.below = Some(second(vec![0.0, 3e-3, 4.1e-3]));
+    let svg = page_of(&chart).to_svg();
+    let [upper, lower] = [0, 1].map(|index| sides(&numbers(&svg, "frame")[index]));
+    assert!(upper[3] < lower[1] && upper[0] == lower[0] && upper[2] == lower[2], "{upper:?} {lower:?}");
+    let [above, below] = [0, 1].map(|index| numbers(&svg, "curve")[index].clone());
+    for (one, other) in above.chunks_exact(2).zip(below.chunks_exact(2)) {
+        // The same shape, moved down: rounded to hundredths of a point.
+        assert!((one[0] - other[0]).abs() < 0.011, "{one:?} {other:?}");
+        assert!((one[1] - upper[1] - (other[1] - lower[1])).abs() < 0.021, "{one:?} {other:?}");
+    }
+    let words = words(&svg);
+    let count = |word: &str| words.iter().filter(|known| *known == word).count();
+    assert_eq!([count("time (s)"), count("20"), count("a < b & \"c\"")], [1, 2, 1], "{words:?}");
+    assert!(words.contains(&"rate (×10⁻³ mm/s)".to_owned()), "{words:?}");
+}
+
+#[test]
+fn a_curve_at_the_right_follows_the_axis_there() {
+    let mut chart = line_chart(vec![0.0, 10.0, 20.0], vec![0.0, 30.0, 40.0]);
+    chart.right = Some(SecondAxis { down: true, ..second(vec![0.0, 3.0, 4.0]) });
+    let svg = page_of(&chart).to_svg();
+    let [left, top, right, bottom] = sides(&numbers(&svg, "frame")[0]);
+    let curves = numbers(&svg, "curve");
+    // The axes are ten to one, and one of them is turned: the curves mirror each other.
+    for (one, other) in curves[0].chunks_exact(2).zip(curves[1].chunks_exact(2)) {
+        assert!((one[0] - other[0]).abs() < 0.011 && (left..=right).contains(&one[0]));
+        assert!((one[1] - top - (bottom - other[1])).abs() < 0.021, "{one:?} {other:?}");
+    }
+    assert!(words(&svg).contains(&"rate (mm/s)".to_owned()));
+}
+
 #[test]
 fn tick_numbers_stand_where_their_values_are() {
     let svg = page_of(&line_chart(vec![0.0, 20.0], vec![0.0, 40.0])).to_svg();

@@ -214,11 +214,17 @@ impl Artist<'_> {
         quantities.first().map_or_else(String::new, |name| Quantity::read(name).measure().title(own))
     }
 
-    /// The variants that a figure has to do without.
+    /// The runs that a figure has to do without.
     fn missing(&self, figure: &Figure) -> Option<String> {
-        let variants = self.variants_of(figure).into_iter();
-        let missing = variants.filter(|(number, _)| self.histories[*number].is_none());
-        let names: Vec<String> = missing.map(|(_, run)| format!("`{}`", run.name)).collect();
+        let variants = self.variants_of(figure).into_iter().map(|(number, _)| number);
+        let is_wanted = |name: &String| figure.references.as_ref().is_none_or(|names| names.contains(name));
+        let references = self.study.references.iter().filter(|reference| is_wanted(&reference.name));
+        let references = references.filter_map(|reference| match reference.kind {
+            ReferenceKind::Run(number, _) => Some(number),
+            _ => None,
+        });
+        let missing = variants.chain(references).filter(|number| self.histories[*number].is_none());
+        let names: Vec<String> = missing.map(|number| format!("`{}`", self.study.runs[number].name)).collect();
         (!names.is_empty()).then(|| format!("drawn without {}, which did not finish", names.join(", ")))
     }
 

@@ -224,8 +224,9 @@ fn particles_are_drawn_where_the_magnification_puts_them() {
     assert!((up[15] - (7.75 - 1e4 * settlement)).abs() < 1e-10, "{up:?}");
     for i in 0..15 {
         let gap = (up[i + 1] - half[i + 1]) - (up[i] + half[i]);
-        // A particle's size follows the cell's mean strain, its place the nodes' motion: to first order the same.
-        assert!(gap.abs() < 0.02, "{i}: {gap}");
+        // Linear shape functions move particles as they strain them: boxes that touch stay so, but for the square of strains
+        // of 3e-6, magnified. Sizes that are not magnified leave gaps of up to 1e-2.
+        assert!(gap.abs() < 1e-6, "{i}: {gap}");
     }
     let pressure = desk.column(file, "pore pressure (kPa)");
     assert_close(pressure[0], 1e-3 * desk.column("out/runs/mpm1/history.csv", "base.pressure")[10]);
