@@ -45,7 +45,7 @@ impl OpenReference {
         let value: Vec<f64> = match &self.kind {
             ReferenceKind::Solution(courses) => {
                 let course = courses.get(&quantity.column)?;
-                times.iter().map(|&time| course(time)).collect()
+                course(times)
             }
             _ => {
                 let series = self.own_series(&quantity.column, histories)?;

@@ -2,22 +2,30 @@
 //!
 //! A new one is a type with [`Solution`] and one line in [`solutions`].
 
+mod consolidation;
+mod coupled;
+mod waves;
+
 use std::sync::Arc;
 
 use schemars::JsonSchema;
-use serde::Deserialize;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
-use tsutsumi_reference::consolidation::{Layer, Ramp};
+use tsutsumi_reference::cryer::Cryer;
+use tsutsumi_reference::de_leeuw::DeLeeuw;
+use tsutsumi_reference::large_strain::LargeStrainLayer;
+use tsutsumi_reference::mandel::Mandel;
 
+use self::consolidation::Consolidation;
+use self::waves::{HarmonicWave, SmoothWave};
 use crate::json_schema::SolutionSchema;
 use crate::{CaseError, CaseSource, KeyPath};
 
-/// A quantity of an exact solution in time (s), in SI units.
-pub type Course = Box<dyn Fn(f64) -> f64 + Send + Sync>;
+/// A quantity of an exact solution at some times (s), in SI units.
+pub(crate) type Course = Box<dyn Fn(&[f64]) -> Vec<f64> + Send + Sync>;
 
 /// A problem with a known answer. Its fields are the `parameters` of a reference in a study file.
-pub trait Solution: DeserializeOwned + JsonSchema + Send + Sync + 'static {
+pub(crate) trait Solution: DeserializeOwned + JsonSchema + Send + Sync + 'static {
     /// What it gives: in the file a word, or a table with one key for what needs numbers, such as a depth.
     type Quantity: DeserializeOwned + JsonSchema + Send + Sync + 'static;
 
@@ -33,17 +41,17 @@ pub trait Solution: DeserializeOwned + JsonSchema + Send + Sync + 'static {
     /// What is wrong with the quantity.
     fn accepts(&self, quantity: &Self::Quantity) -> Result<(), String>;
 
-    /// The quantity at a time (s), in SI units.
-    fn value(&self, quantity: &Self::Quantity, time: f64) -> f64;
+    /// The quantity at some times (s), in SI units.
+    fn values(&self, quantity: &Self::Quantity, times: &[f64]) -> Vec<f64>;
 }
 
 /// A parameter that makes no sense.
 #[derive(Debug, Clone, PartialEq)]
-pub struct Refusal {
+pub(crate) struct Refusal {
     /// Its name.
-    pub parameter: &'static str,
+    pub(crate) parameter: &'static str,
     /// What it must be.
-    pub expected: &'static str,
+    pub(crate) expected: &'static str,
 }
 
 /// An exact solution that a study file can name.
@@ -60,7 +68,15 @@ type Open = fn(&CaseSource, &KeyPath) -> Result<Box<dyn OpenSolution>, CaseError
 
 /// The exact solutions by name.
 pub fn solutions() -> Vec<NamedSolution> {
-    vec![NamedSolution::new::<Consolidation>("consolidation")]
+    vec![
+        NamedSolution::new::<Consolidation>("consolidation"),
+        NamedSolution::new::<LargeStrainLayer>("large-strain-consolidation"),
+        NamedSolution::new::<Mandel>("mandel"),
+        NamedSolution::new::<DeLeeuw>("de-leeuw"),
+        NamedSolution::new::<Cryer>("cryer"),
+        NamedSolution::new::<HarmonicWave>("harmonic-wave"),
+        NamedSolution::new::<SmoothWave>("smooth-wave"),
+    ]
 }
 
 impl NamedSolution {
@@ -105,95 +121,37 @@ impl<S: Solution> OpenSolution for Opened<S> {
         let quantity: S::Quantity = source.parse_at(place)?;
         self.0.accepts(&quantity).map_err(|why| source.invalid(place, format!("`{place}`: {why}"), ""))?;
         let solution = Arc::clone(&self.0);
-        Ok(Box::new(move |time| solution.value(&quantity, time)))
+        Ok(Box::new(move |times| solution.values(&quantity, times)))
     }
 }
 
-/// One-dimensional consolidation of a layer on an impermeable rigid base, drained and loaded at its top.
-///
-/// c_v = (k/γ_w) / (1/E_oed + n/K^f); see [`Layer`] for equations and source.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-struct Consolidation {
-    /// Thickness of the layer (m).
-    height: f64,
-    /// Oedometric modulus of the skeleton (Pa): E (1 − ν) / ((1 + ν)(1 − 2ν)).
-    modulus: f64,
-    /// Hydraulic conductivity k (m/s).
-    conductivity: f64,
-    /// Unit weight of the water γ_w (N/m³).
-    unit_weight: f64,
-    /// Porosity n (–).
-    porosity: f64,
-    /// Bulk modulus of the water K^f (Pa); `inf` for water that cannot be compressed.
-    bulk_modulus: f64,
-    /// The final load on the top (Pa), positive in compression.
-    load: f64,
-    /// The time over which the load grows linearly (s); 0 for a load put on at once.
-    duration: f64,
+/// What a length, modulus or rate must be.
+const POSITIVE: &str = "a finite number greater than 0";
+/// What a load must be.
+const FINITE: &str = "a finite number";
+/// What a duration must be.
+const NOT_NEGATIVE: &str = "a finite number, 0 or more";
+
+fn is_positive(value: f64) -> bool {
+    value.is_finite() && value > 0.0
 }
 
-/// What consolidation gives.
-#[derive(Debug, Clone, PartialEq, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields, rename_all = "snake_case")]
-enum ConsolidationQuantity {
-    /// Settlement of the top (m), positive downwards.
-    Settlement,
-    /// Pore pressure (Pa) at this depth below the top (m).
-    PressureAtDepth(f64),
+fn is_not_negative(value: f64) -> bool {
+    value.is_finite() && value >= 0.0
 }
 
-impl Consolidation {
-    fn layer(&self) -> Layer {
-        Layer {
-            height: self.height,
-            modulus: self.modulus,
-            conductivity: self.conductivity,
-            unit_weight: self.unit_weight,
-            fluid_compressibility: self.porosity / self.bulk_modulus,
-        }
-    }
-
-    fn ramp(&self) -> Ramp {
-        Ramp { load: self.load, duration: self.duration }
+/// Refuses the first parameter that is not good: name, whether it is, what it must be.
+fn refuse_first(checks: &[(&'static str, bool, &'static str)]) -> Result<(), Refusal> {
+    match checks.iter().find(|(_, is_good, _)| !is_good) {
+        Some(&(parameter, _, expected)) => Err(Refusal { parameter, expected }),
+        None => Ok(()),
     }
 }
 
-impl Solution for Consolidation {
-    type Quantity = ConsolidationQuantity;
-
-    fn validate(&self) -> Result<(), Refusal> {
-        const POSITIVE: &str = "a finite number greater than 0";
-        let positive = |value: f64| value.is_finite() && value > 0.0;
-        let checks = [
-            ("height", positive(self.height), POSITIVE),
-            ("modulus", positive(self.modulus), POSITIVE),
-            ("conductivity", positive(self.conductivity), POSITIVE),
-            ("unit_weight", positive(self.unit_weight), POSITIVE),
-            ("porosity", self.porosity > 0.0 && self.porosity < 1.0, "between 0 and 1"),
-            ("bulk_modulus", self.bulk_modulus > 0.0, "greater than 0"),
-            ("load", self.load.is_finite(), "a finite number"),
-            ("duration", self.duration.is_finite() && self.duration >= 0.0, "a finite number, 0 or more"),
-        ];
-        match checks.into_iter().find(|(_, is_good, _)| !is_good) {
-            Some((parameter, _, expected)) => Err(Refusal { parameter, expected }),
-            None => Ok(()),
-        }
-    }
-
-    fn accepts(&self, quantity: &ConsolidationQuantity) -> Result<(), String> {
-        match quantity {
-            ConsolidationQuantity::PressureAtDepth(depth) if !(0.0..=self.height).contains(depth) => {
-                Err(format!("the depth must lie within the layer, 0 to {} m, not {depth}", self.height))
-            }
-            _ => Ok(()),
-        }
-    }
-
-    fn value(&self, quantity: &ConsolidationQuantity, time: f64) -> f64 {
-        match quantity {
-            ConsolidationQuantity::Settlement => self.layer().settlement(self.ramp(), time),
-            ConsolidationQuantity::PressureAtDepth(depth) => self.layer().pressure(self.ramp(), *depth, time),
-        }
+/// Refuses a place outside the body.
+fn within(what: &str, place: f64, end: f64) -> Result<(), String> {
+    match (0.0..=end).contains(&place) {
+        true => Ok(()),
+        false => Err(format!("the {what} must lie within the body, 0 to {end} m, not {place}")),
     }
 }
