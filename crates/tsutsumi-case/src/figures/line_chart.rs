@@ -21,8 +21,8 @@ pub enum CurveStyle {
     Line,
     /// A thin solid line, drawn over the others: what they are held against.
     Thin,
-    /// A thin solid line with hollow markers at some of its points.
-    ThinMarkers,
+    /// Hollow markers at some of its points and no line, so that a line that it follows closely is still seen.
+    SparseMarkers,
     /// A line of dashes. It is drawn over solid lines, so a solid curve that it follows closely is still seen.
     Dashed,
     /// A line of dots.
@@ -289,6 +289,8 @@ pub(super) struct Look {
     width: f64,
     /// Form of the markers, if there are any.
     marker: Option<usize>,
+    /// The least distance between markers (pt).
+    spacing: f64,
 }
 
 impl Look {
@@ -306,11 +308,12 @@ impl Look {
             CurveStyle::Dotted => (Some(style::DOTTED), None),
             CurveStyle::DashDotted => (Some(style::DASH_DOTTED), None),
             CurveStyle::Markers => (None, Some(index)),
-            CurveStyle::LineMarkers | CurveStyle::ThinMarkers => (Some(dashes[0]), Some(index)),
+            CurveStyle::SparseMarkers => (None, Some(index)),
+            CurveStyle::LineMarkers => (Some(dashes[0]), Some(index)),
         };
-        let is_thin = matches!(style, CurveStyle::Thin | CurveStyle::ThinMarkers);
-        let width = if is_thin { style::THIN_CURVE_WIDTH } else { CURVE_WIDTH };
-        Self { color, dash, width, marker }
+        let width = if style == CurveStyle::Thin { style::THIN_CURVE_WIDTH } else { CURVE_WIDTH };
+        let spacing = if style == CurveStyle::Markers { MARKER_RADIUS } else { 9.0 * MARKER_RADIUS };
+        Self { color, dash, width, marker, spacing }
     }
 
     /// Solid lines lie lowest, then broken and thin ones, then markers alone: what leaves gaps does not hide what it covers.
@@ -340,10 +343,9 @@ impl Look {
 
     /// The points that carry markers (pt): all that stand clear of each other, or some along a line.
     fn marked(&self, points: &[[f64; 2]]) -> Vec<[f64; 2]> {
-        let spacing = if self.dash.is_some() { 9.0 * MARKER_RADIUS } else { MARKER_RADIUS };
         let mut marked: Vec<[f64; 2]> = Vec::new();
         for point in points {
-            if marked.last().is_none_or(|last| distance(*last, *point) >= spacing) {
+            if marked.last().is_none_or(|last| distance(*last, *point) >= self.spacing) {
                 marked.push(*point);
             }
         }

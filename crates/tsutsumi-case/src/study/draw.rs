@@ -165,7 +165,7 @@ impl Artist<'_> {
                 let style = match &reference.kind {
                     ReferenceKind::Table(_) => CurveStyle::Markers,
                     ReferenceKind::Solution(_) => CurveStyle::Thin,
-                    ReferenceKind::Run(..) => CurveStyle::ThinMarkers,
+                    ReferenceKind::Run(..) => CurveStyle::SparseMarkers,
                 };
                 let series = reference.draw(&quantity, &self.times(figure), self.histories);
                 let look = look(num_variants + number);
