@@ -5,7 +5,6 @@ use serde::Serialize;
 use super::execute::RunReport;
 use super::plan::Study;
 use super::quantity::Quantity;
-use super::reference::ReferenceKind;
 use super::schema::ErrorMeasure;
 use super::series::{History, Series};
 use crate::Outcome;
@@ -106,19 +105,13 @@ pub(super) fn compared(study: &Study) -> Vec<Quantity> {
     if let Some(names) = &study.file.comparison.quantities {
         return names.iter().map(|name| Quantity::read(name)).collect();
     }
-    let mut columns: Vec<String> = Vec::new();
-    for reference in &study.references {
-        let named: Vec<String> = match (reference.columns(), &reference.kind) {
-            (None, ReferenceKind::Run(run, _)) => study.runs[*run].columns.clone(),
-            (names, _) => names.unwrap_or_default().into_iter().map(str::to_owned).collect(),
-        };
-        for column in named.into_iter().filter(|column| !["time", "step"].contains(&column.as_str())) {
-            if !columns.contains(&column) {
-                columns.push(column);
-            }
+    let mut columns: Vec<&str> = Vec::new();
+    for column in study.references.iter().flat_map(|reference| reference.columns()) {
+        if !columns.contains(&column) {
+            columns.push(column);
         }
     }
-    columns.into_iter().map(|column| Quantity { column, is_rate: false }).collect()
+    columns.into_iter().map(|column| Quantity { column: column.to_owned(), is_rate: false }).collect()
 }
 
 /// Every variant beside every reference that has something to say about it.
@@ -129,7 +122,7 @@ pub(super) fn rows(study: &Study, reports: &[RunReport], histories: &[Option<His
         let before = rows.len();
         for reference in &study.references {
             for quantity in quantities.iter().filter(|quantity| run.columns.contains(&quantity.column)) {
-                if reference.columns().is_some_and(|columns| !columns.contains(&quantity.column.as_str())) {
+                if !reference.columns().contains(&quantity.column.as_str()) {
                     continue;
                 }
                 let errors = histories[number].as_ref().and_then(|history| {

@@ -24,18 +24,17 @@ pub(super) enum ReferenceKind {
     Solution(BTreeMap<String, Course>),
     /// A file: columns of the variants and the series that stand for them.
     Table(BTreeMap<String, Series>),
-    /// The run of this number: columns of the variants and its own that stand for them; all of the same name if none.
+    /// The run of this number: columns of the variants and its own that stand for them.
     Run(usize, BTreeMap<String, String>),
 }
 
 impl OpenReference {
-    /// The columns of the variants that it stands for; none if it is a run that stands for all.
-    pub(super) fn columns(&self) -> Option<Vec<&str>> {
+    /// The columns of the variants that it stands for.
+    pub(super) fn columns(&self) -> Vec<&str> {
         match &self.kind {
-            ReferenceKind::Solution(courses) => Some(courses.keys().map(String::as_str).collect()),
-            ReferenceKind::Table(series) => Some(series.keys().map(String::as_str).collect()),
-            ReferenceKind::Run(_, columns) if columns.is_empty() => None,
-            ReferenceKind::Run(_, columns) => Some(columns.keys().map(String::as_str).collect()),
+            ReferenceKind::Solution(courses) => courses.keys().map(String::as_str).collect(),
+            ReferenceKind::Table(series) => series.keys().map(String::as_str).collect(),
+            ReferenceKind::Run(_, columns) => columns.keys().map(String::as_str).collect(),
         }
     }
 
@@ -69,10 +68,7 @@ impl OpenReference {
         match &self.kind {
             ReferenceKind::Solution(_) => None,
             ReferenceKind::Table(series) => series.get(column).cloned(),
-            ReferenceKind::Run(run, columns) => {
-                let own = if columns.is_empty() { column } else { columns.get(column)? };
-                histories[*run].as_ref()?.series(own)
-            }
+            ReferenceKind::Run(run, columns) => histories[*run].as_ref()?.series(columns.get(column)?),
         }
     }
 }
@@ -133,13 +129,17 @@ pub(super) fn open_table(
     Ok(ReferenceKind::Table(series))
 }
 
-/// The columns of its history that a reference run gives.
+/// The columns of its history that a reference run gives: those asked for, or all of them under their own names.
 pub(super) fn run_columns(
     source: &CaseSource,
     place: &KeyPath,
     reference: &Reference,
     known: &[String],
 ) -> Result<BTreeMap<String, String>, CaseError> {
+    if reference.quantities.is_empty() {
+        let columns = known.iter().filter(|column| !["time", "step"].contains(&column.as_str()));
+        return Ok(columns.map(|column| (column.clone(), column.clone())).collect());
+    }
     let quantities = place.clone().key("quantities");
     let mut columns = BTreeMap::new();
     for quantity in reference.quantities.keys() {
