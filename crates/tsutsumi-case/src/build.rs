@@ -12,7 +12,7 @@ use tsutsumi::tensor::{Sym3, Vector};
 use crate::fill::{PointBox, Region};
 use crate::registry::{MaterialRequest, choose, shapes, velocity_updates};
 use crate::simulation::{ProbeAt, Simulation};
-use crate::{BoxShape, Case, CaseError, CaseSource, Face, KeyPath, PressureQuadrature, Registry};
+use crate::{BoxShape, Case, CaseError, CaseSource, Face, KeyPath, Material, PressureQuadrature, Registry};
 
 /// The most particles that a case may ask for: their numbers are 32 bits wide.
 const MAX_PARTICLES: f64 = u32::MAX as f64;
@@ -35,8 +35,10 @@ pub fn build<const D: usize>(
         let body = fill_body(source, case, &grid, gravity, index, &mut particles)?;
         let stresses = &particles.stress[body.particles.clone()];
         let material = &case.bodies[index].material;
-        let request = MaterialRequest { source, material, particles: body.particles.clone(), stresses };
-        groups.push(registry.group(&case.materials[material].law, &request)?);
+        let Material { law, conductivity_law, .. } = &case.materials[material];
+        let request =
+            MaterialRequest { source, material, conductivity_law, particles: body.particles.clone(), stresses };
+        groups.push(registry.group(law, &request)?);
         bodies.push(body);
     }
     drain(case, &grid, &bodies, &mut particles);
