@@ -6,3 +6,4 @@ mod cryer;
 mod curves;
 mod mandel;
 mod poroelastic_column;
+mod waves;
