@@ -3,7 +3,9 @@
 #![allow(clippy::unwrap_used, clippy::expect_used, clippy::panic, reason = "a test reports by panicking")]
 
 mod claims;
+mod cryer;
 mod curves;
 mod mandel;
 mod poroelastic_column;
 mod study;
+mod waves;

@@ -13,7 +13,7 @@ use tsutsumi_reference::finite_elements::{self, FiniteElements, Newmark};
 use crate::fill::{PointBox, Region};
 use crate::registry::{MaterialRequest, choose, shapes, velocity_updates};
 use crate::simulation::{ProbeAt, Simulation};
-use crate::{BoxShape, Case, CaseError, CaseSource, Face, KeyPath, PressureQuadrature, Registry, SolverKind};
+use crate::{BoxShape, Case, CaseError, CaseSource, Face, KeyPath, Material, PressureQuadrature, Registry, SolverKind};
 
 /// The most particles that a case may ask for: their numbers are 32 bits wide.
 const MAX_PARTICLES: f64 = u32::MAX as f64;
@@ -36,8 +36,10 @@ pub fn build<const D: usize>(
         let body = fill_body(source, case, &grid, gravity, index, &mut particles)?;
         let stresses = &particles.stress[body.particles.clone()];
         let material = &case.bodies[index].material;
-        let request = MaterialRequest { source, material, particles: body.particles.clone(), stresses };
-        groups.push(registry.group(&case.materials[material].law, &request)?);
+        let Material { law, conductivity_law, .. } = &case.materials[material];
+        let request =
+            MaterialRequest { source, material, conductivity_law, particles: body.particles.clone(), stresses };
+        groups.push(registry.group(law, &request)?);
         bodies.push(body);
     }
     drain(case, &grid, &bodies, &mut particles);

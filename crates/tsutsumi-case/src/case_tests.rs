@@ -459,7 +459,7 @@ fn near_names_are_found() {
 
 fn full_schema() -> serde_json::Value {
     let law = schemars::schema_for!(LinearElastic).to_value();
-    case_schema(&[("linear-elastic", law)], &["linear", "gimp"], &["mpm1", "mpm2"])
+    case_schema(&[("linear-elastic", law)], &["linear", "gimp"], &["mpm1", "mpm2"], &["constant", "xie-leo"])
 }
 
 #[test]
@@ -481,6 +481,7 @@ fn the_schema_accepts_good_cases_and_refuses_bad_ones() {
         ("\"linear\"", "\"cubic\""),
         ("\"mpm1\"", "\"mpm7\""),
         ("gamma = 1.0", "gamma = 0.4"),
+        ("porosity = 0.4", "porosity = 0.4\nconductivity_law = \"cubic\""),
         ("face = \"x-min\"", ""),
         ("pressure_at = [0.5, 0.5]", ""),
         ("name = \"base\"", "name = \"a.b\""),
@@ -495,7 +496,7 @@ fn the_schema_accepts_good_cases_and_refuses_bad_ones() {
 #[test]
 fn definitions_of_laws_do_not_meet() {
     let law = json!({ "properties": { "a": { "$ref": "#/$defs/Grid" } }, "$defs": { "Grid": { "type": "string" } } });
-    let schema = case_schema(&[("my law", law)], &[], &[]);
+    let schema = case_schema(&[("my law", law)], &[], &[], &[]);
     assert_eq!(schema["$defs"]["law:my-law:Grid"]["type"], "string");
     assert_eq!(schema["$defs"]["Grid"]["type"], "object");
     assert_eq!(

@@ -10,9 +10,14 @@ use crate::key_path::{KeyPath, Segment};
 use crate::schema::Case;
 use crate::study::StudyFile;
 
-/// The JSON schema of case files. The names of the laws with the schemas of their parameters, of the shape functions and
-/// of the velocity updates come from the registry.
-pub fn case_schema(laws: &[(&str, Value)], shapes: &[&str], velocity_updates: &[&str]) -> Value {
+/// The JSON schema of case files. The names of the laws with the schemas of their parameters, of the shape functions, of the
+/// velocity updates and of the laws of the conductivity come from the registry.
+pub fn case_schema(
+    laws: &[(&str, Value)],
+    shapes: &[&str],
+    velocity_updates: &[&str],
+    conductivity_laws: &[&str],
+) -> Value {
     let mut schema = CASE_KEYS.schema.clone();
     let mut definitions = Map::new();
     let conditions: Vec<_> = laws.iter().map(|(name, law)| law_condition(name, law, &mut definitions)).collect();
@@ -21,6 +26,7 @@ pub fn case_schema(laws: &[(&str, Value)], shapes: &[&str], velocity_updates: &[
     }
     let law_names: Vec<_> = laws.iter().map(|(name, _)| *name).collect();
     restrict(&mut schema, "/$defs/Material/properties/law", &law_names);
+    restrict(&mut schema, "/$defs/Material/properties/conductivity_law", conductivity_laws);
     restrict(&mut schema, "/$defs/Method/properties/shape", shapes);
     restrict(&mut schema, "/$defs/Method/properties/velocity_update", velocity_updates);
     if let Some(all) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {

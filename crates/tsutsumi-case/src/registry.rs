@@ -8,7 +8,10 @@ use std::ops::Range;
 use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
-use tsutsumi::law::{ConstitutiveLaw, Group, LawError, LinearElastic, MaterialGroup};
+use tsutsumi::law::{
+    ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, KozenyCarman, LawError, LinearElastic,
+    MaterialGroup, XieLeo,
+};
 use tsutsumi::shape::Linear;
 use tsutsumi::tensor::Sym3;
 use tsutsumi::transfer::Transfer;
@@ -24,6 +27,15 @@ pub fn shapes<const D: usize>() -> Vec<(&'static str, Box<dyn Transfer<D>>)> {
 /// The velocity updates by name.
 pub fn velocity_updates<const D: usize>() -> Vec<(&'static str, Box<dyn VelocityUpdate<D>>)> {
     vec![("mpm1", Box::new(Mpm1)), ("mpm2", Box::new(Mpm2))]
+}
+
+/// The laws of the conductivity by name.
+pub fn conductivity_laws() -> Vec<(&'static str, Box<dyn ConductivityLaw>)> {
+    vec![
+        ("constant", Box::new(ConstantConductivity)),
+        ("xie-leo", Box::new(XieLeo)),
+        ("kozeny-carman", Box::new(KozenyCarman)),
+    ]
 }
 
 /// The constitutive laws by name.
@@ -43,6 +55,7 @@ type MakeGroup = dyn Fn(&MaterialRequest) -> Result<Box<dyn MaterialGroup>, Case
 pub(crate) struct MaterialRequest<'a> {
     pub(crate) source: &'a CaseSource,
     pub(crate) material: &'a str,
+    pub(crate) conductivity_law: &'a str,
     pub(crate) particles: Range<usize>,
     pub(crate) stresses: &'a [Sym3],
 }
@@ -75,7 +88,8 @@ impl Registry {
             self.laws.iter().map(|(name, law)| (name.as_str(), law.schema.clone())).collect();
         let shapes: Vec<&str> = shapes::<1>().iter().map(|(name, _)| *name).collect();
         let updates: Vec<&str> = velocity_updates::<1>().iter().map(|(name, _)| *name).collect();
-        case_schema(&laws, &shapes, &updates)
+        let conductivity_laws: Vec<&str> = conductivity_laws().iter().map(|(name, _)| *name).collect();
+        case_schema(&laws, &shapes, &updates, &conductivity_laws)
     }
 
     /// The group of a body's particles, with the law that its material names.
@@ -126,7 +140,11 @@ fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
         }
         other => request.source.invalid(parameters, other.to_string(), ""),
     })?;
-    Ok(Box::new(Group::new(request.material, law, request.particles.clone(), request.stresses)))
+    let key = KeyPath::root().key("materials").key(request.material).key("conductivity_law");
+    let (name, known) = (request.conductivity_law, conductivity_laws());
+    let conductivity_law = choose(request.source, key, "law of the conductivity", name, known)?;
+    let group = Group::new(request.material, law, request.particles.clone(), request.stresses);
+    Ok(Box::new(group.with_conductivity_law(conductivity_law)))
 }
 
 /// Takes a variant out of a list by its name.

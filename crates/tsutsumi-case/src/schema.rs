@@ -178,14 +178,19 @@ pub struct Material {
     /// Density of the mixture, soil and water together (kg/m³).
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub density: f64,
-    /// Porosity n, the volume of the pores over the whole, in (0, 1). Required if there is a `[fluid]`.
+    /// Porosity n at the start, the volume of the pores over the whole, in (0, 1). Required if there is a `[fluid]`. It follows
+    /// the volume: the grains are incompressible.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
     pub porosity: Option<f64>,
-    /// Hydraulic conductivity k (m/s). Required if there is a `[fluid]`.
+    /// Hydraulic conductivity k at the start (m/s). Required if there is a `[fluid]`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub conductivity: Option<f64>,
+    /// How the conductivity follows the porosity n, or the void ratio e = n/(1−n): `"constant"` not at all, `"xie-leo"` as (1+e)²,
+    /// `"kozeny-carman"` as n³/(1−n)².
+    #[serde(default = "default_conductivity_law")]
+    pub conductivity_law: String,
 }
 
 /// A body of ground, filled with material points.
@@ -595,6 +600,10 @@ impl Default for Newmark {
     fn default() -> Self {
         Self { beta: 0.5, gamma: 1.0 }
     }
+}
+
+fn default_conductivity_law() -> String {
+    "constant".to_owned()
 }
 
 fn default_safety() -> f64 {

@@ -1,4 +1,4 @@
-//! Constitutive laws of the effective stress.
+//! Constitutive laws of the effective stress, and laws of the conductivity.
 //!
 //! A law is a pure function of one material point: it gets the effective stress and its history at the start of a step
 //! and the strain increment, and returns both at the end. Laws are three-dimensional; the dimension of the problem never
@@ -6,9 +6,11 @@
 //!
 //! To write one, implement [`ConstitutiveLaw`]: two methods are required. `examples/my-law` is a complete one.
 
+mod conductivity;
 mod group;
 mod linear_elastic;
 
+pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
 pub use group::{BlockOutcome, Group, Increment, MaterialGroup};
 pub use linear_elastic::LinearElastic;
 

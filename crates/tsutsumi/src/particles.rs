@@ -30,9 +30,9 @@ pub struct Particles<const D: usize> {
     pub stress: Vec<Sym3>,
     /// Pore pressure p_w (Pa, positive in compression).
     pub pressure: Vec<f64>,
-    /// Porosity n (–).
+    /// Porosity n (–), which follows the volume; 0 in dry ground.
     pub porosity: Vec<f64>,
-    /// Hydraulic conductivity k (m/s).
+    /// Hydraulic conductivity k (m/s), which follows the porosity by the group's law.
     pub conductivity: Vec<f64>,
     /// The sides on which the particle drains where its cell ends the body.
     pub drained: Vec<SideSet>,

@@ -51,6 +51,7 @@ pub struct Solver<const D: usize> {
     cells: CellFields,
     at_particles: Vec<Gathered<D>>,
     increments: Vec<Increment>,
+    porosities: Vec<f64>,
     clock: Clock,
     strain_energy: f64,
     outflow: f64,
@@ -118,6 +119,28 @@ pub enum StepError {
         /// The law's reason.
         source: LawError,
     },
+    /// A particle was pressed together beyond its pores. The step is complete.
+    #[error(
+        "at t = {time:.6} s particle {particle} at {position:.4?} m is pressed to a porosity of {porosity:.3}: its grains are \
+         incompressible; take a stiffer law, or a shorter step if the run is unstable"
+    )]
+    ClosedPores {
+        /// The first such particle.
+        particle: usize,
+        /// Its position (m).
+        position: Vec<f64>,
+        /// The porosity that follows from its volume (–).
+        porosity: f64,
+        /// The time at the end of the step (s).
+        time: f64,
+    },
+}
+
+/// The first particle whose grains leave no room for water.
+fn closed_pores<const D: usize>(particles: &Particles<D>, time: f64) -> Option<StepError> {
+    let particle = particles.porosity.iter().position(|&porosity| porosity < 0.0)?;
+    let position = particles.position[particle].iter().copied().collect();
+    Some(StepError::ClosedPores { particle, position, porosity: particles.porosity[particle], time })
 }
 
 /// What a step tells.
@@ -145,6 +168,7 @@ impl<const D: usize> Solver<D> {
             cells,
             at_particles: vec![Gathered::default(); BLOCK],
             increments: vec![Increment::default(); BLOCK],
+            porosities: vec![0.0; BLOCK],
             clock: Clock::default(),
             strain_energy: 0.0,
             outflow: 0.0,
@@ -166,7 +190,8 @@ impl<const D: usize> Solver<D> {
         // 2. The grid is as it was at the start; find the particles in it.
         self.locate()?;
 
-        let Solver { parts, active, nodes, cells, at_particles, increments, clock, strain_energy, outflow } = self;
+        let Solver { parts, active, nodes, cells, at_particles, increments, porosities, clock, strain_energy, outflow } =
+            self;
         let Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure } = parts;
         let after = clock.after(dt);
         let at = StepView { grid, active, transfer: &**shape, gravity: *gravity, dt, time: after.time() };
@@ -214,9 +239,13 @@ impl<const D: usize> Solver<D> {
                     failure = Some(StepError::Law { material, particle, position, time: at.time, source });
                 }
 
-                // 10. Velocities of the particles, with a_I (MPM①) or v_I^L (MPM②), and positions.
+                // 10. Velocities of the particles, with a_I (MPM①) or v_I^L (MPM②), positions, volumes and pores.
                 velocity_update.update_block(&mut particles.velocity[block.clone()], at_particles, dt);
-                particles.advance(block, at_particles, dt);
+                let porosities = &mut porosities[..block.len()];
+                porosities.copy_from_slice(&particles.porosity[block.clone()]);
+                particles.advance(block.clone(), at_particles, dt);
+                let conductivities = &mut particles.conductivity[block.clone()];
+                group.conductivity_law().update_block(porosities, &particles.porosity[block], conductivities);
             }
         }
 
@@ -226,7 +255,7 @@ impl<const D: usize> Solver<D> {
         // 12. Next step.
         *clock = after;
         *outflow += dt * report.outflow_rate;
-        match failure {
+        match failure.or_else(|| closed_pores(particles, at.time)) {
             Some(error) => Err(error),
             None => Ok(StepReport { time: after.time(), pressure: report }),
         }
@@ -352,12 +381,18 @@ impl<const D: usize> NodeFields<D> {
 }
 
 impl<const D: usize> Particles<D> {
-    /// Moves particles with the grid, X_p ← X_p + Δt v^L(X_p), and stretches their volumes and boxes.
+    /// Moves particles with the grid, X_p ← X_p + Δt v^L(X_p), and stretches their volumes, boxes and pores.
+    ///
+    /// The grains keep their volume: (1 − n) V stays. Dry ground has n = 0 and no pores to follow.
     fn advance(&mut self, block: std::ops::Range<usize>, at_particles: &[Gathered<D>], dt: f64) {
         for (p, at) in block.zip(at_particles) {
             let gradient = at.velocity_gradient * dt;
             self.position[p] += at.velocity * dt;
-            self.volume[p] *= volume_ratio(&gradient);
+            let ratio = volume_ratio(&gradient);
+            self.volume[p] *= ratio;
+            if self.porosity[p] > 0.0 {
+                self.porosity[p] = 1.0 - (1.0 - self.porosity[p]) / ratio;
+            }
             for axis in 0..D {
                 self.half_size[p][axis] *= 1.0 + gradient[(axis, axis)];
             }

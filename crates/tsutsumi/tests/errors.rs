@@ -117,6 +117,25 @@ fn a_velocity_that_is_not_a_number_is_an_error_in_1d_2d_and_3d() {
     a_velocity_that_is_not_a_number_is_an_error::<3>();
 }
 
+/// A soft column pressed by more than it has pores: J = 1 − n = 0.6 is passed at σ = E_oed ln 0.6, half of the load.
+#[test]
+fn pores_that_close_are_an_error() {
+    let soft = LinearElastic { young: 1e5, poisson: 0.0 };
+    let ramp = History::new(vec![[0.0, 0.0], [200.0, 1.0]]);
+    let mut solver = Body::<1>::column(2.0, 0.5)
+        .law(soft)
+        .conductivity(|_| 1e-3)
+        .drained(top::<1>())
+        .load_on_surface(top::<1>(), down(1e5), ramp)
+        .build();
+    let error = first_error(&mut solver, 2e-2, 20_000);
+    let StepError::ClosedPores { particle, porosity, .. } = error else { panic!("{error:?}") };
+    assert!((-1e-3..0.0).contains(&porosity), "{porosity}");
+    let stress = solver.particles().stress[particle].xx;
+    // A step of 0.02 s of the ramp is 10 Pa.
+    assert!((stress - 1e5 * 0.6_f64.ln()).abs() < 1e2, "{stress}");
+}
+
 /// A linear elastic law that refuses tension beyond this stress (Pa).
 struct Brittle(f64);
 

@@ -36,7 +36,10 @@ fn a_run_that_fails_keeps_its_results_and_says_why() {
     assert_eq!(manifest["outcome"]["kind"], "failed");
     let reason = manifest["outcome"]["reason"].as_str().unwrap();
     assert!(ended.stderr.contains(&format!("error: {reason}\n")), "{}", ended.stderr);
-    assert!(reason.contains("t = ") && reason.contains("particle ") && reason.contains("outside the grid"), "{reason}");
+    assert!(
+        reason.contains("t = ") && reason.contains("particle ") && reason.contains("pressed to a porosity of"),
+        "{reason}"
+    );
     assert!(ended.stderr.trim_end().ends_with("in failed"), "where the results are: {}", ended.stderr);
     // Up to the failure it is the run that would have ended earlier.
     let shorter = ["run", "case.toml", "--allow-unstable", "--set", "time.end=0.5", "--out", "shorter"];

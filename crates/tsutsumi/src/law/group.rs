@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::{ConstitutiveLaw, LawError};
+use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, LawError};
 use crate::tensor::{Matrix6, Sym3, Vector, rotation};
 
 /// What one step does to a material point.
@@ -26,6 +26,7 @@ pub struct BlockOutcome {
 pub struct Group<L: ConstitutiveLaw> {
     name: String,
     law: L,
+    conductivity_law: Box<dyn ConductivityLaw>,
     states: Vec<L::State>,
     particles: Range<usize>,
 }
@@ -34,7 +35,15 @@ impl<L: ConstitutiveLaw> Group<L> {
     /// A group of the particles `particles` with these initial effective stresses (Pa).
     pub fn new(name: impl Into<String>, law: L, particles: Range<usize>, stresses: &[Sym3]) -> Self {
         let states = stresses.iter().map(|&stress| law.initial_state(stress)).collect();
-        Group { name: name.into(), law, states, particles }
+        let conductivity_law = Box::new(ConstantConductivity);
+        Group { name: name.into(), law, conductivity_law, states, particles }
+    }
+
+    /// The same group with another law of the conductivity; it starts with a constant one.
+    #[must_use]
+    pub fn with_conductivity_law(mut self, conductivity_law: Box<dyn ConductivityLaw>) -> Self {
+        self.conductivity_law = conductivity_law;
+        self
     }
 }
 
@@ -45,6 +54,9 @@ pub trait MaterialGroup: Send + Sync {
 
     /// The particles of the group.
     fn particles(&self) -> Range<usize>;
+
+    /// How the conductivity of the particles follows their porosity.
+    fn conductivity_law(&self) -> &dyn ConductivityLaw;
 
     /// Turns and updates the stresses (Pa) and histories of a block of particles.
     ///
@@ -82,6 +94,10 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
 
     fn particles(&self) -> Range<usize> {
         self.particles.clone()
+    }
+
+    fn conductivity_law(&self) -> &dyn ConductivityLaw {
+        &*self.conductivity_law
     }
 
     fn update_block(
