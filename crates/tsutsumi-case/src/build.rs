@@ -6,7 +6,7 @@ use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, FluidLoad, History, Load}
 use tsutsumi::grid::{Grid, Side, SideSet};
 use tsutsumi::particles::{Particle, Particles};
 use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
-use tsutsumi::solver::{Parts, Solver};
+use tsutsumi::solver::{Parts, Solver, StepError};
 use tsutsumi::tensor::{Sym3, Vector};
 
 use crate::fill::{PointBox, Region};
@@ -50,7 +50,12 @@ pub fn build<const D: usize>(
     let pressure = build_pressure(case);
     let (probes, top) = (find_probes(case, &particles), find_top(case, &bodies));
     let parts = Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure };
-    let solver = Solver::new(parts).map_err(|error| source.invalid("bodies", error.to_string(), ""))?;
+    let solver = Solver::new(parts).map_err(|error| match error {
+        StepError::NarrowGrid { .. } => {
+            source.invalid("grid.cells", error.to_string(), "add cells, or take `method.shape` = \"linear\"")
+        }
+        _ => source.invalid("bodies", error.to_string(), ""),
+    })?;
     Ok(Simulation::new(solver, probes, top, case))
 }
 

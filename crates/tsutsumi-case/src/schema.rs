@@ -99,7 +99,8 @@ pub enum Step {
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Method {
-    /// Shape function of the grid.
+    /// Shape function of the grid: `"linear"`, as in the paper, or `"gimp"`, which averages over the points' boxes: for ground that
+    /// moves through cells.
     pub shape: String,
     /// How particle velocities follow the grid: `"mpm1"` by the nodal acceleration, `"mpm2"` by the nodal velocity.
     pub velocity_update: String,
