@@ -7,3 +7,4 @@ mod curves;
 mod mandel;
 mod poroelastic_column;
 mod waves;
+mod xie_leo;
