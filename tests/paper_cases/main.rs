@@ -9,3 +9,4 @@ mod mandel;
 mod poroelastic_column;
 mod study;
 mod waves;
+mod xie_leo;

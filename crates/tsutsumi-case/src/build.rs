@@ -6,7 +6,7 @@ use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, FluidLoad, History, Load}
 use tsutsumi::grid::{Grid, Side, SideSet};
 use tsutsumi::particles::{Particle, Particles};
 use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
-use tsutsumi::solver::{Parts, Solver};
+use tsutsumi::solver::{Parts, Solver, StepError};
 use tsutsumi::tensor::{Sym3, Vector};
 use tsutsumi_reference::finite_elements::{self, FiniteElements, Newmark};
 
@@ -68,7 +68,12 @@ pub fn build<const D: usize>(
     let velocity_update = choose(source, method.key("velocity_update"), "velocity update", name, velocity_updates())?;
     let pressure = build_pressure(case);
     let parts = Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure };
-    let model = Solver::new(parts).map_err(|error| refuse(error.to_string()))?;
+    let model = Solver::new(parts).map_err(|error| match error {
+        StepError::NarrowGrid { .. } => {
+            source.invalid("grid.cells", error.to_string(), "add cells, or take `method.shape` = \"linear\"")
+        }
+        _ => refuse(error.to_string()),
+    })?;
     Ok(Simulation::new(Box::new(model), probes, top, case))
 }
 

@@ -102,7 +102,8 @@ pub struct Method {
     /// What carries the soil skeleton. `shape`, `velocity_update`, `pressure_quadrature` and `particles_per_cell` mean
     /// nothing to finite elements.
     pub solver: SolverKind,
-    /// Shape function of the grid.
+    /// Shape function of the grid: `"linear"`, as in the paper, or `"gimp"`, which averages over the points' boxes: for ground that
+    /// moves through cells.
     pub shape: String,
     /// How particle velocities follow the grid: `"mpm1"` by the nodal acceleration, `"mpm2"` by the nodal velocity.
     pub velocity_update: String,

@@ -22,6 +22,7 @@ use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
 use tsutsumi::shape::Linear;
 use tsutsumi::solver::{Parts, Solver, StepError};
 use tsutsumi::tensor::{Sym3, Vector};
+use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Mpm1, VelocityUpdate};
 
 use crate::reading::outermost;
@@ -73,6 +74,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     quadrature: Quadrature,
     fluid_inertia: bool,
     gravity: f64,
+    shape: Box<dyn Transfer<D>>,
     velocity_update: Box<dyn VelocityUpdate<D>>,
     rollers: bool,
     plates: Vec<Side>,
@@ -99,6 +101,7 @@ impl<const D: usize> Body<D> {
             quadrature: Quadrature::MaterialPoints,
             fluid_inertia: true,
             gravity: 0.0,
+            shape: Box::new(Linear),
             velocity_update: Box::new(Mpm1),
             rollers: false,
             plates: Vec::new(),
@@ -139,6 +142,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             quadrature: self.quadrature,
             fluid_inertia: self.fluid_inertia,
             gravity: self.gravity,
+            shape: self.shape,
             velocity_update: self.velocity_update,
             rollers: self.rollers,
             plates: self.plates,
@@ -202,6 +206,12 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
     /// The velocity update.
     pub fn velocity_update(mut self, velocity_update: impl VelocityUpdate<D> + 'static) -> Self {
         self.velocity_update = Box::new(velocity_update);
+        self
+    }
+
+    /// The shape function; it starts with the linear one.
+    pub fn shape(mut self, shape: impl Transfer<D> + 'static) -> Self {
+        self.shape = Box::new(shape);
         self
     }
 
@@ -280,7 +290,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             groups: vec![Box::new(group)],
             boundary,
             gravity: down(self.gravity),
-            shape: Box::new(Linear),
+            shape: self.shape,
             velocity_update: self.velocity_update,
             pressure,
         })

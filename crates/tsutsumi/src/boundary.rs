@@ -245,11 +245,13 @@ impl<const D: usize> Boundary<D> {
         for load in &self.loads {
             let factor = load.history.factor(time);
             for &(p, force) in &load.forces {
-                let mut point = particles.position[p];
+                let (mut point, mut half_size) = (particles.position[p], particles.half_size[p]);
                 if let AppliedTo::Surface(side) = load.applied_to {
-                    point[side.axis] += side.sign() * particles.half_size[p][side.axis];
+                    point[side.axis] += side.sign() * half_size[side.axis];
+                    half_size[side.axis] = 0.0;
                 }
-                transfer.spread_force(grid, particles.cell[p] as usize, &point, &(force * factor), nodes);
+                let cell = particles.cell[p] as usize;
+                transfer.spread_force(grid, cell, &point, &half_size, &(force * factor), nodes);
             }
         }
         for load in &self.fluid_loads {

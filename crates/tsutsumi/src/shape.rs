@@ -3,8 +3,10 @@
 //! A shape function is a one-dimensional formula. The product over the axes, and every loop, is the library's: see
 //! [`Transfer`](crate::transfer::Transfer).
 
+mod gimp;
 mod linear;
 
+pub use gimp::Gimp;
 pub use linear::Linear;
 
 /// The most nodes along one axis that a cell's points may touch.
@@ -36,6 +38,9 @@ pub struct CellOnAxis {
 pub trait ShapeFunction: Send + Sync + 'static {
     /// Nodes per axis in the stencil of a cell, at most [`MAX_WIDTH`].
     const WIDTH: usize;
+
+    /// How far the boxes of a cell's points may reach beyond it (spacings); 0 where boxes play no part.
+    const REACH: f64;
 
     /// The first node of a cell's stencil.
     fn first_node(&self, at: CellOnAxis) -> usize;

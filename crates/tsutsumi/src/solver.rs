@@ -119,6 +119,16 @@ pub enum StepError {
         /// The law's reason.
         source: LawError,
     },
+    /// The grid is too narrow for the shape function.
+    #[error("the grid has {cells} cell(s) along axis {axis}, but the shape function needs {needed}")]
+    NarrowGrid {
+        /// The axis, 0 = x.
+        axis: usize,
+        /// The cells along it.
+        cells: usize,
+        /// The cells that it needs.
+        needed: usize,
+    },
     /// A particle was pressed together beyond its pores. The step is complete.
     #[error(
         "at t = {time:.6} s particle {particle} at {position:.4?} m is pressed to a porosity of {porosity:.3}: its grains are \
@@ -156,8 +166,12 @@ impl<const D: usize> Solver<D> {
     /// A solver at time zero. The cells' pressures are those of the particles.
     ///
     /// # Errors
-    /// A particle outside the grid.
+    /// A particle outside the grid; a grid that is too narrow for the shape function.
     pub fn new(parts: Parts<D>) -> Result<Self, StepError> {
+        let needed = parts.shape.least_cells();
+        if let Some(axis) = parts.grid.cells().iter().position(|&cells| cells < needed) {
+            return Err(StepError::NarrowGrid { axis, cells: parts.grid.cells()[axis], needed });
+        }
         let active = ActiveSet::new(&parts.grid);
         let nodes = NodeFields::new(&parts.grid);
         let cells = CellFields::new(&parts.grid);

@@ -25,6 +25,12 @@ pub trait Transfer<const D: usize>: Send + Sync {
     /// The number of nodes in the stencil of a cell.
     fn stencil_len(&self) -> usize;
 
+    /// The number of cells that a grid needs along each axis to hold a stencil.
+    fn least_cells(&self) -> usize;
+
+    /// How far the boxes of a cell's particles may reach beyond it (spacings), see [`ShapeFunction::REACH`].
+    fn reach(&self) -> f64;
+
     /// Calls `visit` with each node of a cell's stencil, in the order of the local node numbers.
     fn visit_stencil(&self, grid: &Grid<D>, cell: usize, visit: &mut dyn FnMut(usize));
 
@@ -84,14 +90,17 @@ pub trait Transfer<const D: usize>: Send + Sync {
         divergence: &mut [Vector<D>],
     );
 
-    /// Adds a force (N) that acts at a point of a cell to the nodes, τ_I of Eq. (7).
+    /// Adds a force (N) that acts on a box around a point to the nodes, τ_I of Eq. (7). `cell` is that of the particle which
+    /// carries it, `half_size` half the edges of the box (m; 0 along the normal of a face).
     ///
-    /// A point outside the cell acts at the nearest point of the cell, so that no force is lost on nodes without mass.
+    /// A point that the boxes of the cell's particles cannot reach acts at the nearest one that they can, so that no force is
+    /// lost on nodes without mass.
     fn spread_force(
         &self,
         grid: &Grid<D>,
         cell: usize,
         point: &Vector<D>,
+        half_size: &Vector<D>,
         force: &Vector<D>,
         nodes: &mut NodeFields<D>,
     );
@@ -188,6 +197,14 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         S::WIDTH.pow(D as u32)
     }
 
+    fn least_cells(&self) -> usize {
+        S::WIDTH - 1
+    }
+
+    fn reach(&self) -> f64 {
+        S::REACH
+    }
+
     fn visit_stencil(&self, grid: &Grid<D>, cell: usize, visit: &mut dyn FnMut(usize)) {
         let center = grid.cell_center(cell);
         Stencil::of_point(self, grid, cell, &center).visit::<S>(|_, node, _, _| visit(node));
@@ -278,13 +295,16 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         grid: &Grid<D>,
         cell: usize,
         point: &Vector<D>,
+        half_size: &Vector<D>,
         force: &Vector<D>,
         nodes: &mut NodeFields<D>,
     ) {
-        let lowest = grid.cell_origin(cell);
-        let highest = lowest + grid.spacing();
+        let lowest = (grid.cell_origin(cell) - grid.spacing() * S::REACH).sup(&grid.origin());
+        let highest = (grid.cell_origin(cell) + grid.spacing() * (1.0 + S::REACH)).inf(&grid.end());
         let inside = Vector::from_fn(|axis, _| point[axis].clamp(lowest[axis], highest[axis]));
-        Stencil::of_point(self, grid, cell, &inside).visit::<S>(|_, node, value, _| nodes.force[node] += force * value);
+        let half_size = half_size.component_mul(&grid.inverse_spacing());
+        Stencil::new(self, grid, grid.cell_index(cell), grid.in_spacings(&inside), half_size)
+            .visit::<S>(|_, node, value, _| nodes.force[node] += force * value);
     }
 
     fn spread_pressure(

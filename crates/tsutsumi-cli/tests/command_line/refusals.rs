@@ -25,9 +25,10 @@ const MISTAKES: &[Mistake] = &[
     ("step longer than the run", &[("step = 5.0e-3", "step = 200.0")], &["--allow-unstable"]),
     // Names.
     ("unknown law", &[("\"linear-elastic\"", "\"linear-elastc\"")], &[]),
+    ("shape function wider than the grid", &[], &["--set", "method.shape=gimp"]),
     ("unknown law of the conductivity", &[("porosity = 0.4", "porosity = 0.4\nconductivity_law = \"kozeny\"")], &[]),
     ("unknown law like nothing", &[("\"linear-elastic\"", "\"mohr-coulomb\"")], &[]),
-    ("unknown shape function", &[("shape = \"linear\"", "shape = \"gimp\"")], &[]),
+    ("unknown shape function", &[("shape = \"linear\"", "shape = \"gimpy\"")], &[]),
     ("unknown velocity update", &[("\"mpm1\"", "\"mpm3\"")], &[]),
     ("unknown material", &[("material = \"soil\"", "material = \"sand\"")], &[]),
     (

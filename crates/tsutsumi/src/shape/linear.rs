@@ -16,6 +16,7 @@ pub struct Linear;
 
 impl ShapeFunction for Linear {
     const WIDTH: usize = 2;
+    const REACH: f64 = 0.0;
 
     #[inline(always)]
     fn first_node(&self, at: CellOnAxis) -> usize {

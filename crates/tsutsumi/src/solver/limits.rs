@@ -35,6 +35,10 @@ impl fmt::Display for Governing {
 /// shear          Δt ≤ h / √(G / ρ)                                      for information: never the smallest
 /// ```
 ///
+/// With shape functions that average over boxes, the first nodes beyond a surface are as light as the boxes that reach them: the
+/// limits of hourglass and compression then have √(l h) for h, with l the shortest half edge of a box, and the hourglass limit
+/// holds in 1-D too.
+///
 /// The hourglass limit is for particles anywhere in a cell as long as they fill it evenly; with 2 per axis the edge lies some
 /// 1.45 (2-D) and 1.54 (3-D) times higher. The compression and consolidation limits hold whatever share of the grid's accelerations the particles see; with a full
 /// share they would be up to √2 longer. Where the surface cuts through cells r grows, see
@@ -78,6 +82,7 @@ impl StepLimits {
 pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) -> StepLimits {
     let spacing = parts.grid.spacing().min();
     let particles = &parts.particles;
+    let has_boxes = parts.shape.reach() > 0.0;
     let mut limits = StepLimits {
         consolidation: f64::INFINITY,
         skeleton: f64::INFINITY,
@@ -89,15 +94,17 @@ pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) ->
         let (p_wave, s_wave) = group.wave_moduli(&particles.stress[range.clone()]);
         let density = range.clone().map(|p| particles.mass[p] / particles.volume[p]).fold(f64::INFINITY, f64::min);
         let wave_limit = |modulus: f64| spacing / (modulus / density).sqrt();
+        let shortest = range.clone().map(|p| particles.half_size[p].min()).fold(f64::INFINITY, f64::min);
+        let lightness = if has_boxes { (shortest / spacing).max(0.0).sqrt().min(1.0) } else { 1.0 };
         let stiffness = p_wave + (D - 1) as f64 * s_wave;
         match parts.pressure.consolidation_limit(at, particles, range, p_wave) {
             Some(limit) => {
                 limits.consolidation = limits.consolidation.min(limit);
-                if D > 1 {
-                    limits.skeleton = limits.skeleton.min(wave_limit(stiffness));
+                if D > 1 || has_boxes {
+                    limits.skeleton = limits.skeleton.min(lightness * wave_limit(stiffness));
                 }
             }
-            None => limits.skeleton = limits.skeleton.min(wave_limit(2.0 * stiffness)),
+            None => limits.skeleton = limits.skeleton.min(lightness * wave_limit(2.0 * stiffness)),
         }
         if D > 1 {
             limits.shear = limits.shear.min(wave_limit(s_wave));
