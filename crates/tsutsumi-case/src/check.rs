@@ -132,8 +132,8 @@ pub fn bytes_per_particle<const D: usize>() -> usize {
 
 /// Memory that a node takes (bytes).
 fn bytes_per_node<const D: usize>() -> usize {
-    // Fields of the step; velocity, force and relaxation of the pressure solve; activity; supports.
-    size_of::<f64>() * 2 + 6 * size_of::<Vector<D>>() + size_of::<u32>() * 2 + 2
+    // Fields of the step; the sums, relaxation and compliance of the pressure solve; activity; supports.
+    size_of::<f64>() + 8 * size_of::<Vector<D>>() + size_of::<u32>() * 2 + 2
 }
 
 /// Memory that a cell takes (bytes), with linear shape functions.

@@ -10,6 +10,7 @@
 
 use std::cell::RefCell;
 
+use tsutsumi::shape::Gimp;
 use tsutsumi::velocity::Mpm2;
 use tsutsumi_testkit::body::{Body, PAPER_DENSITY, PAPER_SOIL};
 use tsutsumi_testkit::noise::Noise;
@@ -130,4 +131,25 @@ fn the_stated_limits_are_safe_inside_cells() {
         let grown = growth(column(), 0.95 * limit, 1000);
         assert!(grown < 2.0, "{filled} of the top cell filled: grown {grown:e} times at 0.95 of {limit} s");
     }
+}
+
+/// With means over boxes the nodes that a surface barely reaches are light: wherever the surface stands, the limit holds.
+fn a_layer_with_boxes_is_stable_wherever_its_surface_is<const D: usize>(width: usize, steps: usize) {
+    for height in [5.0, 5.02, 5.25, 5.9] {
+        for dry in [false, true] {
+            let body = || {
+                let body = Body::<D>::layer(height, 1.0, width).drained(top::<D>()).shape(Gimp);
+                if dry { body.dry() } else { body }
+            };
+            let limit = body().build().step_limits().longest();
+            let grown = growth(body(), 0.95 * limit, steps);
+            assert!(grown < 2.0, "{D}-D, {height} m, dry {dry}: grown {grown:e} times with a step of {limit} s");
+        }
+    }
+}
+
+#[test]
+fn a_layer_with_boxes_is_stable_wherever_its_surface_is_in_1d_and_2d() {
+    a_layer_with_boxes_is_stable_wherever_its_surface_is::<1>(1, 4000);
+    a_layer_with_boxes_is_stable_wherever_its_surface_is::<2>(3, 1500);
 }
