@@ -1,7 +1,8 @@
 #!/usr/bin/env bash
-# Draws the book's pictures with the program itself: runs the cases and copies their figures into book/src/pictures.
+# Draws the book's pictures with the program itself: runs the cases and studies and copies their figures into book/src/pictures,
+# their tables into book/src/tables.
 # Usage: book/pictures.sh [TSUTSUMI [MY_LAW]], the paths of the two commands; without them cargo builds and runs both.
-# It takes about a minute.
+# It takes some two minutes.
 set -euo pipefail
 
 absolute() { (cd "$(dirname "$1")" && printf '%s/%s' "$PWD" "$(basename "$1")"); }
@@ -23,8 +24,26 @@ picture() { cp "$results/$1/figures/$2.svg" "book/src/pictures/$3.svg"; }
 for figure in figure-3 figure-4 figure-5; do picture paper "$figure" "paper-$figure"; done
 for figure in settlement pressure particles-peak; do picture paper/runs/mpm1 "$figure" "column-$figure"; done
 
-"${tsutsumi[@]}" study book/cases/spacing.toml --out "$results/spacing" --quiet > "$results/table"
+# study FILE NAME: runs a study and keeps its table
+study() {
+  "${tsutsumi[@]}" study "$1" --out "$results/$2" --quiet > "$results/table"
+  cp "$results/$2/table.md" "book/src/tables/$2.md"
+}
+mkdir -p book/src/tables
+study book/cases/spacing.toml spacing
 picture spacing convergence spacing-convergence
+study paper-cases/strip-load/study.toml strip-load
+picture strip-load strip-load strip-load
+study paper-cases/strip-load/study-slow.toml strip-load-slow
+study paper-cases/mandel/study.toml mandel
+picture mandel mandel mandel
+study paper-cases/cryer/study.toml cryer
+picture cryer cryer cryer
+study paper-cases/saturated-column-waves/step-study.toml wave
+picture wave step wave
+study paper-cases/saturated-column-waves/harmonic-study.toml harmonic
+study paper-cases/xie-leo/study.toml xie-leo
+picture xie-leo xie-leo xie-leo
 
 "${tsutsumi[@]}" run book/cases/half-loaded.toml --out "$results/half-loaded" --quiet
 picture half-loaded particles half-loaded-particles

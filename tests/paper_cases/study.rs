@@ -90,3 +90,22 @@ fn the_example_of_the_book_is_of_second_order() {
         assert!((1.95..2.2).contains(&order.max) && (1.95..2.2).contains(&order.rms), "{order:?}");
     }
 }
+
+/// Every study of the repository can be read, with all its cases and references; those that no test runs are run by
+/// `book/pictures.sh`.
+#[test]
+fn every_study_can_be_read() {
+    let root = Path::new(env!("CARGO_MANIFEST_DIR")).join("..");
+    let mut count = 0;
+    for folder in fs::read_dir(root.join("paper-cases")).unwrap() {
+        for file in fs::read_dir(folder.unwrap().path()).unwrap().map(|file| file.unwrap().path()) {
+            let name = file.file_name().unwrap().to_string_lossy().into_owned();
+            if name.ends_with(".toml") && name.contains("study") {
+                let study = Study::read(&file, &Registry::built_in(), &[]);
+                study.unwrap_or_else(|error| panic!("{}: {}", file.display(), error.render(false)));
+                count += 1;
+            }
+        }
+    }
+    assert!(count >= 8, "{count} studies");
+}

@@ -30,7 +30,7 @@ impl Words {
                 order.refinement.clone(),
                 order.reference.clone(),
                 order.quantity.clone(),
-                format!("{} → {}", order.sizes[0], order.sizes[1]),
+                format!("{} → {}", significant(order.sizes[0]), significant(order.sizes[1])),
                 two_decimals(order.max),
                 two_decimals(order.rms),
             ]
