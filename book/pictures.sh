@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # Draws the book's pictures with the program itself: runs the cases and studies and copies their figures into book/src/pictures,
-# their tables into book/src/tables.
+# their tables into book/tables.
 # Usage: book/pictures.sh [TSUTSUMI [MY_LAW]], the paths of the two commands; without them cargo builds and runs both.
 # It takes some two minutes.
 set -euo pipefail
@@ -27,9 +27,9 @@ for figure in settlement pressure particles-peak; do picture paper/runs/mpm1 "$f
 # study FILE NAME: runs a study and keeps its table
 study() {
   "${tsutsumi[@]}" study "$1" --out "$results/$2" --quiet > "$results/table"
-  cp "$results/$2/table.md" "book/src/tables/$2.md"
+  cp "$results/$2/table.md" "book/tables/$2.md"
 }
-mkdir -p book/src/tables
+mkdir -p book/tables
 study book/cases/spacing.toml spacing
 picture spacing convergence spacing-convergence
 study paper-cases/strip-load/study.toml strip-load
