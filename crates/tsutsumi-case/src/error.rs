@@ -11,8 +11,8 @@ use annotate_snippets::{
 };
 use thiserror::Error;
 
+use crate::file_kind::{FileKind, SIZE_LIMIT};
 use crate::key_path::KeyPath;
-use crate::source::{FileKind, SIZE_LIMIT};
 
 /// Problems shown in full; more are counted.
 const SHOWN_PROBLEMS: usize = 20;

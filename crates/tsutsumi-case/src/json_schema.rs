@@ -8,7 +8,7 @@ use serde_json::{Map, Value, json};
 
 use crate::key_path::{KeyPath, Segment};
 use crate::schema::Case;
-use crate::study::StudyFile;
+use crate::study::schema::StudyFile;
 
 /// The JSON schema of case files. The names of the laws with the schemas of their parameters, of the shape functions, of the
 /// velocity updates and of the laws of the conductivity come from the registry.

@@ -9,7 +9,7 @@ use toml_edit::{ArrayOfTables, DocumentMut, InlineTable, Item, TableLike, Value}
 use crate::deserializer::Part;
 use crate::error::{Location, Problem, ProblemKind, quoted};
 use crate::key_path::{KeyPath, Segment, split};
-use crate::source::explain_syntax;
+use crate::syntax::explain_syntax;
 use crate::tree::{self, SyntaxFault, Tree};
 
 /// What stands before an override where it is shown.

@@ -1,6 +1,6 @@
 //! The colour map viridis: perceptually uniform, readable for colour-blind people and in grey print.
 
-use super::drawing::Color;
+use super::style::Color;
 
 /// Number of distinct colours: enough to look continuous, few enough to draw all particles of one colour as one path.
 pub(super) const LEVELS: usize = 200;

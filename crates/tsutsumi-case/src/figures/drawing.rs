@@ -3,21 +3,9 @@
 //! Text is a filled path too (see [`super::text`]). So both files show the same picture on every machine, whatever fonts
 //! are installed there, and the two writers stay short.
 
-use super::style;
+use super::style::{self, Color};
 use std::fmt::Write;
 use tiny_skia::{FillRule, LineCap, LineJoin, Paint, PathBuilder, Pixmap, Stroke as SkiaStroke, StrokeDash, Transform};
-
-/// Red, green, blue (0 to 255 each).
-#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
-pub(super) struct Color(pub(super) [u8; 3]);
-
-impl Color {
-    /// The colour as SVG writes it, `#rrggbb`.
-    fn hexadecimal(self) -> String {
-        let [red, green, blue] = self.0;
-        format!("#{red:02x}{green:02x}{blue:02x}")
-    }
-}
 
 /// One piece of a path; points are (x, y) on the page (pt), y downwards.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -2,9 +2,9 @@
 
 use super::drawing::{Drawing, Shape, Stroke, rectangle};
 use super::frame::Frame;
-use super::line_chart::{Look, Trace};
 use super::style::{self, FRAME_WIDTH, GAP, LINE_SPACING, MARKER_RADIUS, SAMPLE_LENGTH, TICK_SIZE};
 use super::text::{Align, Direction, Typeface};
+use super::trace::{Look, Trace};
 
 /// Height of one entry (pt).
 const ENTRY_HEIGHT: f64 = TICK_SIZE * LINE_SPACING;

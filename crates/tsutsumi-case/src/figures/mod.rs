@@ -16,10 +16,12 @@ mod line_chart;
 mod particle_chart;
 mod style;
 mod text;
+mod trace;
 
 pub use axis::AxisScale;
-pub use line_chart::{Curve, CurveStyle, LineChart, SecondAxis};
+pub use line_chart::{Curve, LineChart, SecondAxis};
 pub use particle_chart::ParticleChart;
+pub use trace::CurveStyle;
 
 use drawing::Drawing;
 use std::error::Error;

@@ -2,7 +2,17 @@
 //!
 //! Lengths are in typographic points (1 pt = 1/72 inch = 0.353 mm) at the printed size.
 
-use super::drawing::Color;
+/// Red, green, blue (0 to 255 each).
+#[derive(Clone, Copy, Debug, PartialEq, Eq, PartialOrd, Ord)]
+pub(super) struct Color(pub(super) [u8; 3]);
+
+impl Color {
+    /// The colour as SVG writes it, `#rrggbb`.
+    pub(super) fn hexadecimal(self) -> String {
+        let [red, green, blue] = self.0;
+        format!("#{red:02x}{green:02x}{blue:02x}")
+    }
+}
 
 /// Width of a single journal column, 90 mm (pt).
 pub(super) const COLUMN_WIDTH: f64 = 255.0;

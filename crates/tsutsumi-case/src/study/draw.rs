@@ -3,16 +3,14 @@
 use std::fs;
 use std::path::Path;
 
-use serde::Serialize;
-
 use super::compare::{Convergence, convergences};
 use super::numbers::{columns_csv, curves_csv};
-use super::output::{StudyError, StudySummary, write};
 use super::plan::{PlannedRun, Study};
 use super::quantity::{Measure, Quantity};
 use super::reference::ReferenceKind;
 use super::schema::{ErrorMeasure, Figure, FigureKind};
 use super::series::{History, Series};
+use super::summary::{FigureReport, StudyError, StudySummary, write};
 use super::table::{into_bytes, precise};
 use crate::build::build_grid;
 use crate::figures::{AxisScale, Curve, CurveStyle, LineChart, ParticleChart, SecondAxis};
@@ -24,17 +22,6 @@ use crate::{Case, ResultsError};
 
 /// Times at which an exact solution is drawn where no variant gives them.
 const SOLUTION_POINTS: usize = 201;
-
-/// What became of a figure.
-#[derive(Debug, Clone, PartialEq, Serialize)]
-pub struct FigureReport {
-    /// Its name, that of its files in the folder `figures`.
-    pub name: String,
-    /// Why it could not be drawn.
-    pub problem: Option<String>,
-    /// What the reader should know about it: curves that are missing, another time than the one asked for.
-    pub note: Option<String>,
-}
 
 /// A figure that could not be drawn, in words, or whose files could not be written.
 enum Trouble {

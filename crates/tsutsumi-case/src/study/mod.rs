@@ -16,13 +16,15 @@
 //! | module | what is in it |
 //! |---|---|
 //! | `schema`, `validate` | the study file and its checks |
-//! | `plan`, `sweep` | the runs that it asks for |
+//! | `runs`, `sweep`, `setting` | the runs that it asks for |
+//! | `plan` | these with their cases, ready to begin |
 //! | [`solutions`] | the exact solutions by name: the only file that knows them |
 //! | `reference` | exact solutions, files of numbers and reference runs, asked alike |
 //! | `quantity`, `series` | columns of histories, their units, rates and values in between |
 //! | `execute` | the runs, side by side, and which of them need not be run again |
 //! | `compare`, `table` | errors and observed orders |
 //! | `draw`, `numbers` | the figures and their numbers |
+//! | `output`, `summary` | a study from its runs to its folder, and what is left of it |
 
 mod compare;
 mod draw;
@@ -32,20 +34,23 @@ mod output;
 mod plan;
 mod quantity;
 mod reference;
-mod schema;
+mod runs;
+pub(crate) mod schema;
 mod series;
+mod setting;
 pub mod solutions;
+mod summary;
 mod sweep;
 mod table;
 mod validate;
 
 pub use compare::{Errors, Order, Row};
-pub use draw::FigureReport;
 pub use execute::{RunReport, StudyObserver};
-pub use output::{StudyError, StudyOptions, StudySummary, run_study};
+pub use output::{StudyOptions, run_study};
 pub use plan::Study;
 pub use quantity::Quantity;
 pub use schema::*;
+pub use summary::{FigureReport, StudyError, StudySummary};
 
 /// The JSON Schema of study files.
 pub fn schema() -> serde_json::Value {

@@ -9,11 +9,12 @@ use std::time::{SystemTime, UNIX_EPOCH};
 use serde::Serialize;
 
 use super::compare::{Order, Row, orders, rows};
-use super::draw::{FigureReport, draw};
+use super::draw::draw;
 use super::execute::{RUNS, RunReport, StudyObserver, execute};
 use super::plan::Study;
 use super::series::History;
-use super::table::{as_markdown, for_terminal, orders_csv, table_csv};
+use super::summary::{FigureReport, StudyError, StudySummary, write};
+use super::table::{as_markdown, orders_csv, table_csv};
 use crate::folder::{FIGURES, HISTORY, write_error};
 use crate::results::{Host, replace_with_json};
 use crate::{Outcome, Registry, ResultsError};
@@ -34,68 +35,6 @@ pub struct StudyOptions {
     pub threads: Option<NonZeroUsize>,
     /// Runs everything anew, and takes over a folder with the results of another study.
     pub fresh: bool,
-}
-
-/// Why a study could not write its results.
-#[derive(Debug, thiserror::Error)]
-pub enum StudyError {
-    /// The folder holds something that is not a study's.
-    #[error("`{}` is not empty and holds no study: choose another folder with --out", path.display())]
-    NotAStudy {
-        /// The folder.
-        path: PathBuf,
-    },
-    /// The folder holds another study.
-    #[error(
-        "`{}` holds the results of another study, `{other}`: choose another folder with --out, or replace them with --fresh",
-        path.display()
-    )]
-    Occupied {
-        /// The folder.
-        path: PathBuf,
-        /// The file of the study that it holds.
-        other: String,
-    },
-    /// A file or folder could not be written.
-    #[error(transparent)]
-    Results(#[from] ResultsError),
-}
-
-/// What is left of a study.
-#[derive(Debug, Clone, PartialEq)]
-pub struct StudySummary {
-    /// The folder of its results.
-    pub folder: PathBuf,
-    /// How it ended: failed if a run did, or a figure could not be drawn.
-    pub outcome: Outcome,
-    /// The runs: the variants, and behind them the reference runs.
-    pub runs: Vec<RunReport>,
-    /// Every variant beside every reference.
-    pub rows: Vec<Row>,
-    /// The observed orders of the refinements.
-    pub orders: Vec<Order>,
-    /// The figures.
-    pub figures: Vec<FigureReport>,
-}
-
-impl StudySummary {
-    /// The table and the observed orders for a terminal, ending with a newline.
-    pub fn table(&self) -> String {
-        for_terminal(&self.rows, &self.orders)
-    }
-
-    /// The runs that failed, each with the reason.
-    pub fn failures(&self) -> Vec<(String, String)> {
-        failures(&self.runs)
-    }
-}
-
-fn failures(runs: &[RunReport]) -> Vec<(String, String)> {
-    let reason = |run: &RunReport| match &run.outcome {
-        Outcome::Failed(reason) => Some((run.name.clone(), reason.clone())),
-        _ => None,
-    };
-    runs.iter().filter_map(reason).collect()
 }
 
 /// `study.json`: what was studied, and what came out.
@@ -236,12 +175,6 @@ fn write_tables(study: &Study, summary: &StudySummary) -> Result<(), StudyError>
             _ => Ok(()),
         },
     }
-}
-
-/// Writes what a `csv` writer has made.
-pub(super) fn write(path: &Path, content: Result<Vec<u8>, csv::Error>) -> Result<(), StudyError> {
-    let written = content.map_err(io::Error::from).and_then(|content| fs::write(path, content));
-    Ok(written.map_err(write_error(path))?)
 }
 
 fn write_manifest(study: &Study, summary: &StudySummary, started_unix_s: u64) -> Result<(), StudyError> {

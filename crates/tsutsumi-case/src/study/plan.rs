@@ -3,14 +3,15 @@
 use std::path::PathBuf;
 
 use super::reference::{OpenReference, ReferenceKind, open_solution, open_table, run_columns};
-use super::schema::{Reference, StudyFile, Sweep, Variant};
-use super::sweep::expanded;
+use super::runs::{WantedRun, is_run, wanted_runs};
+use super::schema::StudyFile;
+use super::setting::Setting;
 use super::validate::Checks;
+use crate::FileKind;
 use crate::build::build;
 use crate::deserializer::Part;
 use crate::error::{Problem, ProblemKind, quoted};
 use crate::run::{read_case, refuse_unstable};
-use crate::source::FileKind;
 use crate::{Case, CaseError, CaseSource, KeyPath, Registry};
 
 /// A study that has been read and checked, with all of its cases.
@@ -32,34 +33,6 @@ pub(super) struct PlannedRun {
     pub(super) case: Case,
     /// The columns of its history.
     pub(super) columns: Vec<String>,
-}
-
-/// A run as the study file asks for it.
-pub(super) struct WantedRun {
-    pub(super) name: String,
-    pub(super) label: Option<String>,
-    pub(super) is_reference: bool,
-    pub(super) allow_unstable: bool,
-    /// Where it stands in the study file.
-    pub(super) place: KeyPath,
-    /// A case file of its own.
-    pub(super) case: Option<String>,
-    pub(super) settings: Vec<Setting>,
-}
-
-/// A value that the study sets in a case.
-#[derive(Debug, Clone, PartialEq)]
-pub(super) struct Setting {
-    /// `key=value`.
-    assignment: String,
-    /// Where it stands in the study file; none if it comes from elsewhere.
-    place: Option<KeyPath>,
-}
-
-impl Setting {
-    pub(super) fn new(key: &str, value: &toml::Value, place: KeyPath) -> Self {
-        Setting { assignment: format!("{key}={value}"), place: Some(place) }
-    }
 }
 
 impl Study {
@@ -100,7 +73,9 @@ impl Study {
             source: source.clone(),
         };
         let mut checks = Checks::new(&source, &file);
-        checks.meaning(&study);
+        let references: Vec<&str> = study.references.iter().map(|reference| reference.name.as_str()).collect();
+        let variants: Vec<_> = study.variants().map(|(_, run)| (run.name.as_str(), run.columns.as_slice())).collect();
+        checks.meaning(&variants, &references);
         checks.finish()?;
         Ok(study)
     }
@@ -118,102 +93,6 @@ impl Study {
     /// The variants among the runs.
     pub(super) fn variants(&self) -> impl Iterator<Item = (usize, &PlannedRun)> {
         self.runs.iter().enumerate().filter(|(_, run)| !run.is_reference)
-    }
-}
-
-/// A path in a study file, from the folder of that file.
-pub(super) fn taken_from(source: &CaseSource, path: &str) -> PathBuf {
-    source.path().parent().map_or_else(|| PathBuf::from(path), |folder| folder.join(path))
-}
-
-/// All runs that a study asks for, in the order of the file: variants, sweeps, reference runs.
-fn wanted_runs(source: &CaseSource, file: &StudyFile, extra: &[String]) -> Result<Vec<WantedRun>, CaseError> {
-    let mut runs: Vec<WantedRun> = Vec::new();
-    let own = read_settings(source, &KeyPath::from("set"), &file.set)?;
-    for (index, variant) in file.variants.iter().enumerate() {
-        let place = KeyPath::from("variants").index(index);
-        let settings = read_settings(source, &place.clone().key("set"), &variant.set)?;
-        runs.push(of_variant(variant, place, [own.clone(), settings].concat()));
-    }
-    for (index, sweep) in file.sweeps.iter().enumerate() {
-        let place = KeyPath::from("sweeps").index(index);
-        let common = [own.clone(), read_settings(source, &place.clone().key("set"), &sweep.set)?].concat();
-        for (name, settings) in expanded(source, &place, sweep)? {
-            runs.push(of_sweep(sweep, place.clone(), name, [common.clone(), settings].concat()));
-        }
-    }
-    for (index, reference) in file.references.iter().enumerate().filter(|(_, reference)| is_run(reference)) {
-        let place = KeyPath::from("references").index(index);
-        let settings = match &reference.set {
-            Some(set) => read_settings(source, &place.clone().key("set"), set)?,
-            None => Vec::new(),
-        };
-        runs.push(of_reference(reference, place, [own.clone(), settings].concat()));
-    }
-    for run in &mut runs {
-        run.settings.extend(extra.iter().map(|text| Setting { assignment: text.clone(), place: None }));
-    }
-    Ok(runs)
-}
-
-/// Whether a reference is another run.
-pub(super) fn is_run(reference: &Reference) -> bool {
-    reference.solution.is_none() && reference.file.is_none()
-}
-
-fn of_variant(variant: &Variant, place: KeyPath, settings: Vec<Setting>) -> WantedRun {
-    WantedRun {
-        name: variant.name.clone(),
-        label: variant.label.clone(),
-        is_reference: false,
-        allow_unstable: variant.allow_unstable,
-        place,
-        case: variant.case.clone(),
-        settings,
-    }
-}
-
-fn of_sweep(sweep: &Sweep, place: KeyPath, name: String, settings: Vec<Setting>) -> WantedRun {
-    let (case, allow_unstable) = (sweep.case.clone(), sweep.allow_unstable);
-    WantedRun { name, label: None, is_reference: false, allow_unstable, place, case, settings }
-}
-
-fn of_reference(reference: &Reference, place: KeyPath, settings: Vec<Setting>) -> WantedRun {
-    WantedRun {
-        name: reference.name.clone(),
-        label: reference.label.clone(),
-        is_reference: true,
-        allow_unstable: reference.allow_unstable,
-        place,
-        case: reference.case.clone(),
-        settings,
-    }
-}
-
-/// A table of values to set.
-fn read_settings(source: &CaseSource, place: &KeyPath, set: &toml::Table) -> Result<Vec<Setting>, CaseError> {
-    let read = |(key, value): (&String, &toml::Value)| {
-        let place = place.clone().key(key);
-        refuse_unquoted(source, &place, key, value)?;
-        Ok(Setting::new(key, value, place))
-    };
-    set.iter().map(read).collect()
-}
-
-/// `time.step = …` without quotes is a table `time` that would replace the case's, and is meant otherwise.
-pub(super) fn refuse_unquoted(
-    source: &CaseSource,
-    place: &KeyPath,
-    key: &str,
-    value: &toml::Value,
-) -> Result<(), CaseError> {
-    match value.as_table().and_then(|table| table.keys().next()) {
-        Some(inner) if KeyPath::from(key).segments().len() == 1 => {
-            let message = format!("this would replace the whole table `{}`", quoted(key));
-            let help = format!("paths of keys stand in quotes: \"{}.{}\" = …", quoted(key), quoted(inner));
-            Err(source.invalid(place, message, help))
-        }
-        _ => Ok(()),
     }
 }
 
@@ -241,7 +120,7 @@ impl Planner<'_> {
             Some(case) => (case, wanted.place.clone().key("case")),
             None => (&self.file.case, KeyPath::from("case")),
         };
-        let path = taken_from(self.source, name);
+        let path = self.source.beside(name);
         let source = CaseSource::read(&path).map_err(|error| {
             self.source.invalid(key, error.to_string(), "paths count from the folder of the study file")
         })?;

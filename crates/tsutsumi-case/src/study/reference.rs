@@ -3,7 +3,6 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::plan::taken_from;
 use super::quantity::Quantity;
 use super::schema::{Column, Reference};
 use super::series::{History, Series};
@@ -102,7 +101,7 @@ pub(super) fn open_table(
     file: &str,
     reference: &Reference,
 ) -> Result<ReferenceKind, CaseError> {
-    let path = taken_from(source, file);
+    let path = source.beside(file);
     let table = Table::read(&path).map_err(|why| {
         let help = "the path is taken from the folder of the study file";
         source.invalid(place.clone().key("file"), format!("cannot read `{}`: {why}", path.display()), help)

@@ -1,6 +1,6 @@
 //! The exact solutions that a study can name: the one place where a word in `solution` becomes a type.
 //!
-//! A new one is a type with [`Solution`] and one line in [`solutions`].
+//! A new one is a type with the trait `Solution` and one line in [`solutions`].
 
 mod consolidation;
 mod coupled;

@@ -1,7 +1,7 @@
 //! Grids of variants from lists of values.
 
-use super::plan::{Setting, refuse_unquoted};
 use super::schema::Sweep;
+use super::setting::{Setting, refuse_unquoted};
 use crate::source::list;
 use crate::{CaseError, CaseSource, KeyPath, did_you_mean};
 

@@ -1,7 +1,7 @@
 //! Whether the names and numbers of a study make sense together.
 
-use super::plan::{Study, WantedRun, is_run};
 use super::quantity::Quantity;
+use super::runs::{WantedRun, is_run};
 use super::schema::{Figure, FigureKind, Reference, StudyFile};
 use crate::error::{Problem, did_you_mean, quoted};
 use crate::source::list;
@@ -218,9 +218,11 @@ impl<'a> Checks<'a> {
     }
 
     /// What depends on the cases: which quantities there are, and the names in figures.
-    pub(super) fn meaning(&mut self, study: &Study) {
+    ///
+    /// `variants` are their names with the columns of their histories.
+    pub(super) fn meaning(&mut self, variants: &[(&str, &[String])], references: &[&str]) {
         let mut columns: Vec<&str> = Vec::new();
-        for column in study.variants().flat_map(|(_, run)| &run.columns) {
+        for column in variants.iter().flat_map(|(_, columns)| *columns) {
             if !columns.contains(&column.as_str()) {
                 columns.push(column);
             }
@@ -233,11 +235,10 @@ impl<'a> Checks<'a> {
                 self.quantity(&place.clone().key(name), name, &columns);
             }
         }
-        let variants: Vec<&str> = study.variants().map(|(_, run)| run.name.as_str()).collect();
-        let references: Vec<&str> = study.references.iter().map(|reference| reference.name.as_str()).collect();
+        let variants: Vec<&str> = variants.iter().map(|(name, _)| *name).collect();
         for (index, figure) in self.file.figures.iter().enumerate() {
             let place = KeyPath::from("figures").index(index);
-            self.figure(&place, figure, &variants, &references);
+            self.figure(&place, figure, &variants, references);
             self.figure_quantities(&place, figure, &columns);
         }
     }
