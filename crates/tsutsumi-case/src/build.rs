@@ -65,7 +65,8 @@ pub fn build<const D: usize>(
     let method = KeyPath::root().key("method");
     let shape = choose(source, method.clone().key("shape"), "shape function", &case.method.shape, shapes())?;
     let name = &case.method.velocity_update;
-    let velocity_update = choose(source, method.key("velocity_update"), "velocity update", name, velocity_updates())?;
+    let known = velocity_updates(&case.method);
+    let velocity_update = choose(source, method.key("velocity_update"), "velocity update", name, known)?;
     let pressure = build_pressure(case);
     let parts = Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure };
     let model = Solver::new(parts).map_err(|error| match error {

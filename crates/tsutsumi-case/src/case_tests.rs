@@ -158,6 +158,8 @@ const BAD_CASES: &[(&str, Edits)] = &[
     ("step longer than the run", &[("end = 2000.0", "end = 1.0e-4"), ("every = 10.0", "every = 1.0e-4")]),
     ("safety above 1", &[("end = 2000.0", "end = 2000.0\nsafety = 90.0")]),
     ("gamma and beta", &[("beta = 0.5, gamma = 1.0", "beta = 1.6, gamma = 0.5")]),
+    ("share of FLIP above 1", &[("velocity_update = \"mpm1\"", "velocity_update = \"flip\"\nflip_share = 95.0")]),
+    ("order zero of XPIC", &[("velocity_update = \"mpm1\"", "velocity_update = \"xpic\"\nxpic_order = 0")]),
     ("porosity in percent", &[("porosity = 0.4", "porosity = 40")]),
     ("porosity and conductivity missing", &[("porosity = 0.4", ""), ("conductivity = 5.52e-5", "")]),
     ("mixture lighter than its water", &[("density = 1500.0", "density = 300.0")]),

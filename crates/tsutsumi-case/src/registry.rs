@@ -15,8 +15,9 @@ use tsutsumi::law::{
 use tsutsumi::shape::{Gimp, Linear};
 use tsutsumi::tensor::Sym3;
 use tsutsumi::transfer::Transfer;
-use tsutsumi::velocity::{Mpm1, Mpm2, VelocityUpdate};
+use tsutsumi::velocity::{Apic, Flip, Mpm1, Mpm2, VelocityUpdate, Xpic};
 
+use crate::schema::Method;
 use crate::{CaseError, CaseSource, KeyPath, case_schema, did_you_mean};
 
 /// The shape functions by name.
@@ -24,9 +25,15 @@ pub fn shapes<const D: usize>() -> Vec<(&'static str, Box<dyn Transfer<D>>)> {
     vec![("linear", Box::new(Linear)), ("gimp", Box::new(Gimp))]
 }
 
-/// The velocity updates by name.
-pub fn velocity_updates<const D: usize>() -> Vec<(&'static str, Box<dyn VelocityUpdate<D>>)> {
-    vec![("mpm1", Box::new(Mpm1)), ("mpm2", Box::new(Mpm2))]
+/// The velocity updates by name, with the parameters that a case gives them.
+pub fn velocity_updates<const D: usize>(method: &Method) -> Vec<(&'static str, Box<dyn VelocityUpdate<D>>)> {
+    vec![
+        ("mpm1", Box::new(Mpm1)),
+        ("mpm2", Box::new(Mpm2)),
+        ("flip", Box::new(Flip { share: method.flip_share })),
+        ("apic", Box::new(Apic::default())),
+        ("xpic", Box::new(Xpic::new(method.xpic_order))),
+    ]
 }
 
 /// The laws of the conductivity by name.
@@ -87,7 +94,7 @@ impl Registry {
         let laws: Vec<(&str, Value)> =
             self.laws.iter().map(|(name, law)| (name.as_str(), law.schema.clone())).collect();
         let shapes: Vec<&str> = shapes::<1>().iter().map(|(name, _)| *name).collect();
-        let updates: Vec<&str> = velocity_updates::<1>().iter().map(|(name, _)| *name).collect();
+        let updates: Vec<&str> = velocity_updates::<1>(&Method::default()).iter().map(|(name, _)| *name).collect();
         let conductivity_laws: Vec<&str> = conductivity_laws().iter().map(|(name, _)| *name).collect();
         case_schema(&laws, &shapes, &updates, &conductivity_laws)
     }

@@ -6,6 +6,7 @@
 
 use std::collections::BTreeMap;
 use std::fmt;
+use std::num::NonZeroUsize;
 
 use schemars::{JsonSchema, Schema, SchemaGenerator, json_schema};
 use serde::{Deserialize, Deserializer, Serialize, Serializer, de};
@@ -105,8 +106,16 @@ pub struct Method {
     /// Shape function of the grid: `"linear"`, as in the paper, or `"gimp"`, which averages over the points' boxes: for ground that
     /// moves through cells.
     pub shape: String,
-    /// How particle velocities follow the grid: `"mpm1"` by the nodal acceleration, `"mpm2"` by the nodal velocity.
+    /// How particle velocities follow the grid: `"mpm1"` by the nodal acceleration, `"mpm2"` by the nodal velocity, `"flip"` by a
+    /// blend of the two, `"apic"` by the nodal velocity and how it varies around them, `"xpic"` by the nodal acceleration, with a
+    /// filter for what the grid cannot see.
     pub velocity_update: String,
+    /// The share of `"mpm1"` in `"flip"` (–); the rest is `"mpm2"`. Other updates do not use it.
+    #[schemars(range(min = 0, max = 1))]
+    pub flip_share: f64,
+    /// The order m of `"xpic"` (–): 1 is `"mpm2"`, a larger one damps less. Other updates do not use it.
+    #[schemars(range(min = 1))]
+    pub xpic_order: NonZeroUsize,
     /// Where the volume and storage of a pressure cell are taken from.
     pub pressure_quadrature: PressureQuadrature,
     /// The Newmark parameters of the coupled solution.
@@ -590,6 +599,8 @@ impl Default for Method {
             solver: SolverKind::default(),
             shape: "linear".to_owned(),
             velocity_update: "mpm1".to_owned(),
+            flip_share: 0.95,
+            xpic_order: const { NonZeroUsize::new(5).unwrap() },
             pressure_quadrature: PressureQuadrature::default(),
             newmark: Newmark::default(),
             fluid_inertia: true,

@@ -214,6 +214,11 @@ impl<'a> Checks<'a> {
             let message = format!("`method.newmark.beta` must be between 0 and 1, not {}", number(beta));
             self.report("method.newmark.beta", message, "the paper takes 0.5");
         }
+        let share = self.case.method.flip_share;
+        if !(0.0..=1.0).contains(&share) {
+            let message = format!("`method.flip_share` must be between 0 and 1, not {}", number(share));
+            self.report("method.flip_share", message, "1 is `mpm1`, 0 is `mpm2`");
+        }
         if self.case.method.solver == SolverKind::Fem {
             self.finite_elements(beta, gamma);
         } else if gamma != 1.0 {

@@ -321,6 +321,17 @@ impl<const D: usize> NodeFields<D> {
         }
     }
 
+    /// Turns momenta (kg m/s) of the nodes into velocities (m/s), as [`Self::forces_to_accelerations`] does with forces.
+    pub fn momenta_to_velocities(&self, active: &ActiveSet, field: &mut [Vector<D>]) {
+        for tie in &self.ties {
+            tie.gather(field);
+        }
+        for &node in active.nodes() {
+            let node = node as usize;
+            field[node] = field[node].component_mul(&self.mobility[node]);
+        }
+    }
+
     /// Sets the sums of the active nodes to zero.
     pub fn clear(&mut self, active: &ActiveSet) {
         for &node in active.nodes() {

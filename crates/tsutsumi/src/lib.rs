@@ -19,8 +19,8 @@
 //! | [`shape`] | shape functions |
 //! | [`particles`] | the material points |
 //! | [`law`] | constitutive laws of the effective stress |
-//! | [`velocity`] | velocity updates: MPM①, MPM② |
 //! | [`transfer`] | sums from particles to nodes and back |
+//! | [`velocity`] | velocity updates: MPM①, MPM②, FLIP, APIC, XPIC |
 //! | [`pressure`] | pore pressure, coupled with the momentum balance |
 //! | [`boundary`] | supports and loads |
 //! | [`solver`] | one time step |

@@ -10,8 +10,8 @@ use crate::law::{Increment, LawError, MaterialGroup};
 use crate::particles::{OutsideGrid, Particles};
 use crate::pressure::{PressureError, PressureReport, PressureScheme, StepView};
 use crate::tensor::{Sym3, Vector, embed, spin, volume_ratio};
-use crate::transfer::Transfer;
-use crate::velocity::{Gathered, VelocityUpdate};
+use crate::transfer::{Gathered, Transfer};
+use crate::velocity::VelocityUpdate;
 
 /// Particles handled by one virtual call: few enough for the cache, many enough to hide the call.
 const BLOCK: usize = 64;
@@ -213,6 +213,7 @@ impl<const D: usize> Solver<D> {
         // 3. Masses and velocities of the nodes, Eq. (10); with them the force of the effective stress.
         nodes.clear(active);
         shape.particles_to_nodes(grid, particles, nodes);
+        velocity_update.add_momentum(grid, &**shape, particles, &mut nodes.velocity_old);
         boundary.hold(active, nodes);
         nodes.momentum_to_velocity(active);
 
@@ -228,6 +229,7 @@ impl<const D: usize> Solver<D> {
 
         // 7. Velocities of the nodes, v_I^L.
         nodes.advance(active, dt);
+        velocity_update.look_at_grid(grid, active, &**shape, nodes, particles);
 
         let mut failure = None;
         for group in groups {
@@ -369,13 +371,9 @@ fn strain_increments<const D: usize>(at_particles: &[Gathered<D>], dt: f64, incr
 impl<const D: usize> NodeFields<D> {
     /// v_I = Σ M_p V_p N_I / m_I; zero where a support holds, one for all nodes that move as one.
     fn momentum_to_velocity(&mut self, active: &ActiveSet) {
-        for tie in &self.ties {
-            tie.gather(&mut self.velocity_old);
-        }
-        for &node in active.nodes() {
-            let node = node as usize;
-            self.velocity_old[node] = self.velocity_old[node].component_mul(&self.mobility[node]);
-        }
+        let mut field = std::mem::take(&mut self.velocity_old);
+        self.momenta_to_velocities(active, &mut field);
+        self.velocity_old = field;
     }
 
     /// Adds m_I b to the forces.

@@ -8,8 +8,24 @@ use std::ops::Range;
 use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::particles::Particles;
 use crate::shape::{CellOnAxis, ShapeFunction, Weights};
-use crate::tensor::Vector;
-use crate::velocity::Gathered;
+use crate::tensor::{Matrix, Vector};
+
+/// What a particle finds on the grid at its position.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Gathered<const D: usize> {
+    /// Σ_I N_I v_I^L, the grid's velocity after its update (m/s).
+    pub velocity: Vector<D>,
+    /// Σ_I N_I a_I (m/s²).
+    pub acceleration: Vector<D>,
+    /// Σ_I v_I^L ⊗ G_Ip, component ij = ∂v_i/∂x_j (1/s).
+    pub velocity_gradient: Matrix<D>,
+}
+
+impl<const D: usize> Default for Gathered<D> {
+    fn default() -> Self {
+        Gathered { velocity: Vector::zeros(), acceleration: Vector::zeros(), velocity_gradient: Matrix::zeros() }
+    }
+}
 
 /// The passes between particles and grid.
 ///
@@ -65,6 +81,51 @@ pub trait Transfer<const D: usize>: Send + Sync {
         particles: &Particles<D>,
         block: Range<usize>,
         at_particles: &mut [Gathered<D>],
+    );
+
+    /// A field of the nodes at the positions of all particles, Σ_I N_I(X_p) f_I, in the unit of the field.
+    fn interpolate(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        at_nodes: &[Vector<D>],
+        at_particles: &mut [Vector<D>],
+    );
+
+    /// Adds the momenta of the particles, Σ_p M_p V_p N_I(X_p) of Eq. (10), to those of the nodes (kg m/s).
+    fn spread_momentum(&self, grid: &Grid<D>, particles: &Particles<D>, momentum: &mut [Vector<D>]);
+
+    /// The first moments of a velocity (m/s) of the nodes around all particles (m²/s).
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// B_p = Σ_I N_I(X_p) v_I ⊗ (x_I − X_p)
+    /// ```
+    fn velocity_moments(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        at_nodes: &[Vector<D>],
+        moments: &mut [Matrix<D>],
+    );
+
+    /// Adds the momenta of motions with these moments (m²/s) around the particles to those of the nodes (kg m/s).
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// Σ_p M_p N_I(X_p) B_p D_p⁻¹ (x_I − X_p)      D_p = Σ_I N_I(X_p) (x_I − X_p) ⊗ (x_I − X_p)
+    /// ```
+    ///
+    /// D_p is diagonal, since the shape functions are products over the axes that reproduce linear fields. Along an axis where
+    /// a particle lies on a grid line, and linear shape functions leave it no nodes to both sides, it has no moment to give.
+    fn spread_moments(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        moments: &[Matrix<D>],
+        momentum: &mut [Vector<D>],
     );
 
     /// The operator node → cell of the volume change, exact over the whole cell (the paper).
@@ -250,6 +311,69 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
                 at.velocity += velocity * value;
                 at.acceleration += nodes.acceleration[node] * value;
                 at.velocity_gradient += velocity * gradient.transpose();
+            });
+        }
+    }
+
+    fn interpolate(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        at_nodes: &[Vector<D>],
+        at_particles: &mut [Vector<D>],
+    ) {
+        for (p, at) in at_particles.iter_mut().enumerate() {
+            *at = Vector::zeros();
+            Stencil::of_particle(self, grid, particles, p)
+                .visit::<S>(|_, node, value, _| *at += at_nodes[node] * value);
+        }
+    }
+
+    fn spread_momentum(&self, grid: &Grid<D>, particles: &Particles<D>, momentum: &mut [Vector<D>]) {
+        for p in 0..particles.len() {
+            let of_particle = particles.velocity[p] * particles.mass[p];
+            Stencil::of_particle(self, grid, particles, p)
+                .visit::<S>(|_, node, value, _| momentum[node] += of_particle * value);
+        }
+    }
+
+    fn velocity_moments(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        at_nodes: &[Vector<D>],
+        moments: &mut [Matrix<D>],
+    ) {
+        for (p, moment) in moments.iter_mut().enumerate() {
+            *moment = Matrix::zeros();
+            Stencil::of_particle(self, grid, particles, p).visit::<S>(|_, node, value, _| {
+                let arm = grid.node_position(node) - particles.position[p];
+                *moment += at_nodes[node] * arm.transpose() * value;
+            });
+        }
+    }
+
+    fn spread_moments(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        moments: &[Matrix<D>],
+        momentum: &mut [Vector<D>],
+    ) {
+        // Nearer than this to a grid line (squared spacings) the moment is lost in round-off.
+        let least = grid.spacing().component_mul(&grid.spacing()) * 1e-12;
+        for (p, moment) in moments.iter().enumerate() {
+            let stencil = Stencil::of_particle(self, grid, particles, p);
+            let mut spread = Vector::<D>::zeros();
+            stencil.visit::<S>(|_, node, value, _| {
+                let arm = grid.node_position(node) - particles.position[p];
+                spread += arm.component_mul(&arm) * value;
+            });
+            let inverse = Vector::from_fn(|axis, _| if spread[axis] > least[axis] { 1.0 / spread[axis] } else { 0.0 });
+            let moment = moment * particles.mass[p];
+            stencil.visit::<S>(|_, node, value, _| {
+                let arm = grid.node_position(node) - particles.position[p];
+                momentum[node] += moment * arm.component_mul(&inverse) * value;
             });
         }
     }

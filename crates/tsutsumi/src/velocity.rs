@@ -1,31 +1,28 @@
 //! Velocity updates: how the grid's motion comes back to the particles (step 10 of the algorithm).
 
+mod apic;
+mod flip;
 mod mpm1;
 mod mpm2;
+mod xpic;
 
+pub use apic::Apic;
+pub use flip::Flip;
 pub use mpm1::Mpm1;
 pub use mpm2::Mpm2;
+pub use xpic::Xpic;
 
-use crate::tensor::{Matrix, Vector};
-
-/// What a particle finds on the grid at its position.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct Gathered<const D: usize> {
-    /// Σ_I N_I v_I^L, the grid's velocity after its update (m/s).
-    pub velocity: Vector<D>,
-    /// Σ_I N_I a_I (m/s²).
-    pub acceleration: Vector<D>,
-    /// Σ_I v_I^L ⊗ G_Ip, component ij = ∂v_i/∂x_j (1/s).
-    pub velocity_gradient: Matrix<D>,
-}
-
-impl<const D: usize> Default for Gathered<D> {
-    fn default() -> Self {
-        Gathered { velocity: Vector::zeros(), acceleration: Vector::zeros(), velocity_gradient: Matrix::zeros() }
-    }
-}
+use crate::grid::{ActiveSet, Grid, NodeFields};
+use crate::particles::Particles;
+use crate::tensor::Vector;
+pub use crate::transfer::Gathered;
+use crate::transfer::Transfer;
 
 /// A rule for the particles' velocities at the end of a step.
+///
+/// Most need [`particle_velocity`](Self::particle_velocity) only. One that carries more than a velocity per particle gives it to
+/// the nodes in [`add_momentum`](Self::add_momentum); one that looks at more of the grid than [`Gathered`] holds does so in
+/// [`look_at_grid`](Self::look_at_grid).
 pub trait VelocityUpdate<const D: usize>: Send + Sync {
     /// The new velocity (m/s) of a particle that had velocity `velocity` (m/s), after a step of `dt` (s).
     fn particle_velocity(&self, velocity: Vector<D>, at_particle: &Gathered<D>, dt: f64) -> Vector<D>;
@@ -35,5 +32,27 @@ pub trait VelocityUpdate<const D: usize>: Send + Sync {
         for (velocity, at) in velocities.iter_mut().zip(at_particles) {
             *velocity = self.particle_velocity(*velocity, at, dt);
         }
+    }
+
+    /// Step 3: adds what the update carries besides the velocities V_p to the momenta of the nodes (kg m/s). By default nothing.
+    fn add_momentum(
+        &self,
+        _grid: &Grid<D>,
+        _transfer: &dyn Transfer<D>,
+        _particles: &Particles<D>,
+        _momentum: &mut [Vector<D>],
+    ) {
+    }
+
+    /// Between steps 7 and 8, all particles still in their places: takes from the nodes what [`Gathered`] does not hold, and may
+    /// change the velocities that step 10 starts from. By default nothing.
+    fn look_at_grid(
+        &mut self,
+        _grid: &Grid<D>,
+        _active: &ActiveSet,
+        _transfer: &dyn Transfer<D>,
+        _nodes: &NodeFields<D>,
+        _particles: &mut Particles<D>,
+    ) {
     }
 }

@@ -2,9 +2,12 @@
 
 #![allow(clippy::unwrap_used, reason = "a test reports by panicking")]
 
+use std::num::NonZeroUsize;
+
 use tsutsumi::boundary::History;
 use tsutsumi::solver::Solver;
 use tsutsumi::tensor::Vector;
+use tsutsumi::velocity::{Apic, VelocityUpdate, Xpic};
 use tsutsumi_testkit::body::{Body, down};
 use tsutsumi_testkit::reading::{run, top};
 
@@ -73,4 +76,23 @@ fn a_flying_wet_body_allocates_nothing_in_1d_2d_and_3d() {
     a_flying_body_allocates_nothing::<1>(false);
     a_flying_body_allocates_nothing::<2>(false);
     a_flying_body_allocates_nothing::<3>(false);
+}
+
+/// A flying body with an update that makes passes of its own.
+fn an_update_allocates_nothing(update: impl VelocityUpdate<2> + 'static) {
+    let body = Body::<2>::free(Vector::repeat(0.75), Vector::repeat(3.25), 1.0, [12; 2])
+        .dry()
+        .particles_per_cell([4; 2])
+        .velocity(|_| Vector::from_fn(|axis, _| [20.0, 19.0][axis]))
+        .velocity_update(update);
+    let mut solver = body.build();
+    let dt = 2.5e-4;
+    run(&mut solver, dt, 400).unwrap();
+    assert_eq!(allocations(&mut solver, dt, 600), 0);
+}
+
+#[test]
+fn updates_with_passes_of_their_own_allocate_nothing() {
+    an_update_allocates_nothing(Apic::default());
+    an_update_allocates_nothing(Xpic::new(NonZeroUsize::new(5).unwrap()));
 }
