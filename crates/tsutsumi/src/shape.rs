@@ -34,7 +34,7 @@ pub struct CellOnAxis {
     pub num_cells: usize,
 }
 
-/// A one-dimensional shape function.
+/// A one-dimensional shape function. `check_shape` of the testkit says whether one keeps this contract.
 ///
 /// All points of one cell share a stencil: the nodes `first_node .. first_node + WIDTH`. Nodes of the stencil that a
 /// point does not reach get zeros.

@@ -105,7 +105,8 @@ fn momentum_and_continuity_hold_with_both_solvers() {
 }
 
 /// A⁻¹ is symmetric also where the conductivity varies along the plate: the pressure in cell j from one in cell i is that in
-/// cell i from the same in cell j, as all cells store the same. With Δt above, between and below the k/g around.
+/// cell i from the same in cell j, as all cells store the same. With Δt above, between and below the k/g around. The same K_v
+/// stands in (5) and (9) with every shape function and quadrature.
 fn pressures_answer_each_other_alike(shape: impl Transfer<2> + Copy + 'static, quadrature: Quadrature) {
     let conductivity = |x: Vector<2>| 1e-2 * (1.0 + 0.1 * x[0] + 0.05 * x[1]);
     for dt in [1e-2, 1.2e-3, 2e-4] {

@@ -53,7 +53,7 @@ impl fmt::Display for Governing {
 pub struct StepLimits {
     /// Consolidation; infinite without water.
     pub consolidation: f64,
-    /// Hourglass modes with water, all modes without; infinite in saturated 1-D.
+    /// Hourglass modes with water, all modes without; infinite in saturated 1-D with linear shape functions.
     pub skeleton: f64,
     /// Shear waves; infinite in 1-D.
     pub shear: f64,
