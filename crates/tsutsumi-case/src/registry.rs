@@ -12,7 +12,7 @@ use tsutsumi::law::{
     ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, KozenyCarman, LawError, LinearElastic,
     MaterialGroup, XieLeo,
 };
-use tsutsumi::shape::{Gimp, Linear};
+use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
 use tsutsumi::tensor::Sym3;
 use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Apic, Flip, Mpm1, Mpm2, VelocityUpdate, Xpic};
@@ -22,7 +22,13 @@ use crate::{CaseError, CaseSource, KeyPath, case_schema, did_you_mean};
 
 /// The shape functions by name.
 pub fn shapes<const D: usize>() -> Vec<(&'static str, Box<dyn Transfer<D>>)> {
-    vec![("linear", Box::new(Linear)), ("gimp", Box::new(Gimp))]
+    vec![
+        ("linear", Box::new(Linear)),
+        ("gimp", Box::new(Gimp)),
+        ("cpgimp", Box::new(CpGimp)),
+        ("bspline2", Box::new(QuadraticBSpline)),
+        ("bspline3", Box::new(CubicBSpline)),
+    ]
 }
 
 /// The velocity updates by name, with the parameters that a case gives them.

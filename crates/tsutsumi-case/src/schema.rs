@@ -103,8 +103,9 @@ pub struct Method {
     /// What carries the soil skeleton. `shape`, `velocity_update`, `pressure_quadrature` and `particles_per_cell` mean
     /// nothing to finite elements.
     pub solver: SolverKind,
-    /// Shape function of the grid: `"linear"`, as in the paper, or `"gimp"`, which averages over the points' boxes: for ground that
-    /// moves through cells.
+    /// Shape function of the grid: `"linear"`, as in the paper; for ground that moves through cells `"gimp"`, which averages over
+    /// the points' boxes as they were at the start, `"cpgimp"`, over boxes that stretch with the ground, or the B-splines
+    /// `"bspline2"` and `"bspline3"`. All but `"linear"` need three cells along each axis.
     pub shape: String,
     /// How particle velocities follow the grid: `"mpm1"` by the nodal acceleration, `"mpm2"` by the nodal velocity, `"flip"` by a
     /// blend of the two, `"apic"` by the nodal velocity and how it varies around them, `"xpic"` by the nodal acceleration, with a

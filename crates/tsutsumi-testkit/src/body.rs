@@ -77,6 +77,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     shape: Box<dyn Transfer<D>>,
     velocity_update: Box<dyn VelocityUpdate<D>>,
     rollers: bool,
+    closed: bool,
     plates: Vec<Side>,
     drained: Vec<Side>,
     tractions: Vec<Traction<D>>,
@@ -104,6 +105,7 @@ impl<const D: usize> Body<D> {
             shape: Box::new(Linear),
             velocity_update: Box::new(Mpm1),
             rollers: false,
+            closed: false,
             plates: Vec::new(),
             drained: Vec::new(),
             tractions: Vec::new(),
@@ -145,6 +147,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             shape: self.shape,
             velocity_update: self.velocity_update,
             rollers: self.rollers,
+            closed: self.closed,
             plates: self.plates,
             drained: self.drained,
             tractions: self.tractions,
@@ -219,6 +222,12 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
     pub fn on_rollers(mut self) -> Self {
         self.rollers = true;
         self
+    }
+
+    /// Rollers on all sides of the grid, its top too.
+    pub fn in_a_box(mut self) -> Self {
+        self.closed = true;
+        self.on_rollers()
     }
 
     /// A rigid plate on a side of the body that lies on a grid line: the nodes there move as one along the side's axis.
@@ -334,7 +343,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
     fn boundary(&self, particles: &Particles<D>) -> Boundary<D> {
         let mut boundary = Boundary::free(&self.grid);
         if self.rollers {
-            for side in Side::all::<D>().filter(|side| !(side.upper && side.axis == D - 1)) {
+            for side in Side::all::<D>().filter(|side| self.closed || !(side.upper && side.axis == D - 1)) {
                 let mut normal = AxisSet::default();
                 normal.insert(side.axis);
                 boundary.fix_side(&self.grid, side, normal);

@@ -6,6 +6,7 @@
 //! | [`reading`] | what is read off a body: surface particles, surface height, cell pressures |
 //! | [`compare`] | [`assert_close`](compare::assert_close), the observed order of convergence |
 //! | [`law`] | [`check_law`]: what every constitutive law must satisfy |
+//! | [`shape`] | [`check_shape`]: what every shape function must satisfy |
 //! | [`snapshot`] | [`Numbers`](snapshot::Numbers): snapshots of curves, compared with a tolerance |
 //! | [`noise`] | numbers without a pattern, the same in every run |
 //!
@@ -16,6 +17,8 @@ pub mod compare;
 pub mod law;
 pub mod noise;
 pub mod reading;
+pub mod shape;
 pub mod snapshot;
 
 pub use law::check_law;
+pub use shape::check_shape;

@@ -25,6 +25,8 @@ pub struct Particles<const D: usize> {
     pub volume: Vec<f64>,
     /// Half the edge lengths of the box that the particle stands for (m). They stretch with the material along the axes.
     pub half_size: Vec<Vector<D>>,
+    /// The same at the start (m).
+    pub half_size_at_start: Vec<Vector<D>>,
     /// Effective stress σ' (Pa, positive in tension): σ = σ' + p I = σ' − p_w I, Eq. (2). Never specific, σ' = ρ σ'^s.
     #[doc(alias = "Eq. (2)")]
     pub stress: Vec<Sym3>,
@@ -94,6 +96,7 @@ impl<const D: usize> Particles<D> {
         self.mass.push(particle.density * volume);
         self.volume.push(volume);
         self.half_size.push(particle.half_size);
+        self.half_size_at_start.push(particle.half_size);
         self.stress.push(particle.stress);
         self.pressure.push(particle.pressure);
         self.porosity.push(particle.porosity);

@@ -3,9 +3,13 @@
 //! A shape function is a one-dimensional formula. The product over the axes, and every loop, is the library's: see
 //! [`Transfer`](crate::transfer::Transfer).
 
+mod bspline;
+mod cpgimp;
 mod gimp;
 mod linear;
 
+pub use bspline::{CubicBSpline, QuadraticBSpline};
+pub use cpgimp::CpGimp;
 pub use gimp::Gimp;
 pub use linear::Linear;
 
@@ -30,7 +34,7 @@ pub struct CellOnAxis {
     pub num_cells: usize,
 }
 
-/// A one-dimensional shape function.
+/// A one-dimensional shape function. `check_shape` of the testkit says whether one keeps this contract.
 ///
 /// All points of one cell share a stencil: the nodes `first_node .. first_node + WIDTH`. Nodes of the stencil that a
 /// point does not reach get zeros.
@@ -41,6 +45,9 @@ pub trait ShapeFunction: Send + Sync + 'static {
 
     /// How far the boxes of a cell's points may reach beyond it (spacings); 0 where boxes play no part.
     const REACH: f64;
+
+    /// Whether the box follows the stretch of the material; otherwise it keeps the size that it had at the start.
+    const BOX_STRETCHES: bool = true;
 
     /// The first node of a cell's stencil.
     fn first_node(&self, at: CellOnAxis) -> usize;

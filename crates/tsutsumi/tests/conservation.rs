@@ -13,6 +13,7 @@
 use std::cell::RefCell;
 
 use tsutsumi::boundary::History;
+use tsutsumi::shape::QuadraticBSpline;
 use tsutsumi::tensor::Vector;
 use tsutsumi::velocity::{Mpm1, Mpm2};
 use tsutsumi_testkit::body::{Body, PAPER_CONDUCTIVITY, POROSITY, WATER, down};
@@ -164,4 +165,20 @@ fn the_energy_balance_closes() {
     // First order in time, with the load of the end of a step over the whole step: Δt/2 of the 20 s of the ramp, 1e-3, on
     // the fifth of the work that is done then.
     assert_close("stored + heat", stored + heat, work, 5e-4 * work);
+}
+
+/// A spline reaches nodes beyond a surface inside a cell that have no mass: their share of the load is not lost.
+///
+/// Boxes of 5.6 m / 6: the top particle is at 5.13 m and reaches up to the node at 6 m, the surface that at 7 m too.
+#[test]
+fn a_load_on_a_surface_inside_a_cell_is_carried_whole() {
+    let (load, dt) = (50e3, 1e-4);
+    let mut solver = Body::<1>::column(5.6, 1.0)
+        .dry()
+        .particles_per_cell([1])
+        .shape(QuadraticBSpline)
+        .load_on_surface(top::<1>(), down(load), History::new(vec![]))
+        .build();
+    solver.step(dt).unwrap();
+    assert_close("momentum", solver.particles().momentum()[0], -load * dt, 1e-14 * load * dt * 10.0);
 }

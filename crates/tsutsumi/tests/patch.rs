@@ -14,7 +14,7 @@
 use tsutsumi::boundary::{Boundary, FluidLoad, History};
 use tsutsumi::grid::{NodeFields, Side};
 use tsutsumi::pressure::Quadrature;
-use tsutsumi::shape::{Gimp, Linear};
+use tsutsumi::shape::{CpGimp, Linear};
 use tsutsumi::tensor::{Matrix, Sym3, Vector};
 use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Gathered, Mpm2};
@@ -110,7 +110,7 @@ fn a_uniform_stress_is_in_equilibrium_on_any_lattice<const D: usize>(wet: bool) 
     let total = stress - Sym3::IDENTITY * water;
     let from = Vector::from_fn(|axis, _| 1.1 + 0.07 * axis as f64);
     let mut body = Body::<D>::free(from, from + Vector::repeat(2.5), 1.0, [5; D])
-        .shape(Gimp)
+        .shape(CpGimp)
         .stress(move |_| stress)
         .pressure(move |_| water);
     for side in Side::all::<D>() {

@@ -13,7 +13,8 @@
 use std::cell::RefCell;
 
 use tsutsumi::boundary::History;
-use tsutsumi::shape::Linear;
+use tsutsumi::pressure::Quadrature;
+use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
 use tsutsumi::solver::Solver;
 use tsutsumi::tensor::Vector;
 use tsutsumi::transfer::Transfer;
@@ -104,13 +105,15 @@ fn momentum_and_continuity_hold_with_both_solvers() {
 }
 
 /// A⁻¹ is symmetric also where the conductivity varies along the plate: the pressure in cell j from one in cell i is that in
-/// cell i from the same in cell j, as all cells store the same. With Δt above, between and below the k/g around.
-#[test]
-fn the_pressures_of_two_cells_answer_each_other_alike() {
+/// cell i from the same in cell j, as all cells store the same. With Δt above, between and below the k/g around. The same K_v
+/// stands in (5) and (9) with every shape function and quadrature.
+fn pressures_answer_each_other_alike(shape: impl Transfer<2> + Copy + 'static, quadrature: Quadrature) {
     let conductivity = |x: Vector<2>| 1e-2 * (1.0 + 0.1 * x[0] + 0.05 * x[1]);
     for dt in [1e-2, 1.2e-3, 2e-4] {
         let response = |from: usize| {
             let mut solver = Body::<2>::layer(3.0, 1.0, 4)
+                .shape(shape)
+                .quadrature(quadrature)
                 .plate(top::<2>())
                 .drained(top::<2>())
                 .conductivity(conductivity)
@@ -126,6 +129,17 @@ fn the_pressures_of_two_cells_answer_each_other_alike() {
             }
         }
         assert!(responses[0][3].abs() > 1e-3, "the plate couples distant cells: {}", responses[0][3]);
+    }
+}
+
+#[test]
+fn the_pressures_of_two_cells_answer_each_other_alike() {
+    for quadrature in [Quadrature::MaterialPoints, Quadrature::Cell] {
+        pressures_answer_each_other_alike(Linear, quadrature);
+        pressures_answer_each_other_alike(Gimp, quadrature);
+        pressures_answer_each_other_alike(CpGimp, quadrature);
+        pressures_answer_each_other_alike(QuadraticBSpline, quadrature);
+        pressures_answer_each_other_alike(CubicBSpline, quadrature);
     }
 }
 
