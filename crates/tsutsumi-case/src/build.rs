@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, FluidLoad, History, Load};
+use tsutsumi::damping::Damping;
 use tsutsumi::grid::{Grid, Side, SideSet};
 use tsutsumi::particles::{Particle, Particles};
 use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
@@ -67,7 +68,9 @@ pub fn build<const D: usize>(
     let name = &case.method.velocity_update;
     let velocity_update = choose(source, method.key("velocity_update"), "velocity update", name, velocity_updates())?;
     let pressure = build_pressure(case);
-    let parts = Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure };
+    let crate::Damping { local, mass } = case.method.damping;
+    let damping = Damping { local, mass };
+    let parts = Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure, damping };
     let model = Solver::new(parts).map_err(|error| match error {
         StepError::NarrowGrid { .. } => {
             source.invalid("grid.cells", error.to_string(), "add cells, or take `method.shape` = \"linear\"")

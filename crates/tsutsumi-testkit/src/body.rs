@@ -15,6 +15,7 @@
 //! ```
 
 use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, History, Load};
+use tsutsumi::damping::Damping;
 use tsutsumi::grid::{Grid, Side};
 use tsutsumi::law::{ConstitutiveLaw, Group, LinearElastic};
 use tsutsumi::particles::{Particle, Particles};
@@ -74,6 +75,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     quadrature: Quadrature,
     fluid_inertia: bool,
     gravity: f64,
+    damping: Damping,
     shape: Box<dyn Transfer<D>>,
     velocity_update: Box<dyn VelocityUpdate<D>>,
     rollers: bool,
@@ -101,6 +103,7 @@ impl<const D: usize> Body<D> {
             quadrature: Quadrature::MaterialPoints,
             fluid_inertia: true,
             gravity: 0.0,
+            damping: Damping::default(),
             shape: Box::new(Linear),
             velocity_update: Box::new(Mpm1),
             rollers: false,
@@ -142,6 +145,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             quadrature: self.quadrature,
             fluid_inertia: self.fluid_inertia,
             gravity: self.gravity,
+            damping: self.damping,
             shape: self.shape,
             velocity_update: self.velocity_update,
             rollers: self.rollers,
@@ -200,6 +204,12 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
     /// Gravity g (m/s²), down along the last axis.
     pub fn gravity(mut self, gravity: f64) -> Self {
         self.gravity = gravity;
+        self
+    }
+
+    /// The damping of the nodes' motion; it starts with none.
+    pub fn damping(mut self, damping: Damping) -> Self {
+        self.damping = damping;
         self
     }
 
@@ -293,6 +303,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             shape: self.shape,
             velocity_update: self.velocity_update,
             pressure,
+            damping: self.damping,
         })
     }
 

@@ -21,11 +21,13 @@
 //! | [`law`] | constitutive laws of the effective stress |
 //! | [`velocity`] | velocity updates: MPM①, MPM② |
 //! | [`transfer`] | sums from particles to nodes and back |
+//! | [`damping`] | damping of the nodes' motion, for states of rest |
 //! | [`pressure`] | pore pressure, coupled with the momentum balance |
 //! | [`boundary`] | supports and loads |
 //! | [`solver`] | one time step |
 
 pub mod boundary;
+pub mod damping;
 pub mod grid;
 pub mod law;
 pub mod particles;

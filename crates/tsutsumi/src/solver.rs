@@ -5,6 +5,7 @@ mod limits;
 pub use limits::{Governing, StepLimits};
 
 use crate::boundary::Boundary;
+use crate::damping::Damping;
 use crate::grid::{ActiveSet, CellFields, Grid, NodeFields};
 use crate::law::{Increment, LawError, MaterialGroup};
 use crate::particles::{OutsideGrid, Particles};
@@ -34,6 +35,8 @@ pub struct Parts<const D: usize> {
     pub velocity_update: Box<dyn VelocityUpdate<D>>,
     /// The pore pressure.
     pub pressure: Box<dyn PressureScheme<D>>,
+    /// The damping of the nodes' motion; off by default.
+    pub damping: Damping,
 }
 
 /// A body on its grid, advanced step by step.
@@ -189,8 +192,9 @@ impl<const D: usize> Solver<D> {
         };
         solver.locate()?;
         let Solver { parts, active, cells, clock, .. } = &mut solver;
-        let Parts { grid, particles, shape, pressure, gravity, .. } = parts;
-        let at = StepView { grid, active, transfer: &**shape, gravity: *gravity, dt: 0.0, time: clock.time() };
+        let Parts { grid, particles, shape, pressure, gravity, damping, .. } = parts;
+        let (gravity, damping) = (*gravity, *damping);
+        let at = StepView { grid, active, transfer: &**shape, gravity, damping, dt: 0.0, time: clock.time() };
         pressure.particles_to_cells(&at, particles, cells);
         cells.pressure.clone_from(&cells.pressure_old);
         Ok(solver)
@@ -206,9 +210,10 @@ impl<const D: usize> Solver<D> {
 
         let Solver { parts, active, nodes, cells, at_particles, increments, porosities, clock, strain_energy, outflow } =
             self;
-        let Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure } = parts;
+        let Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure, damping } = parts;
         let after = clock.after(dt);
-        let at = StepView { grid, active, transfer: &**shape, gravity: *gravity, dt, time: after.time() };
+        let (gravity, damping) = (*gravity, *damping);
+        let at = StepView { grid, active, transfer: &**shape, gravity, damping, dt, time: after.time() };
 
         // 3. Masses and velocities of the nodes, Eq. (10); with them the force of the effective stress.
         nodes.clear(active);
@@ -217,13 +222,13 @@ impl<const D: usize> Solver<D> {
         nodes.momentum_to_velocity(active);
 
         // 4. Gravity and loads on the nodes: the right side of Eq. (5).
-        nodes.add_gravity(active, *gravity);
+        nodes.add_gravity(active, gravity);
         boundary.add_loads(grid, &**shape, particles, at.time, nodes);
 
         // 5. Pressures of the cells from the particles.
         pressure.particles_to_cells(&at, particles, cells);
 
-        // 6. Momentum and continuity together, Eqs. (5) and (9): accelerations a_I and pressures p_E^L.
+        // 6. Momentum and continuity together, Eqs. (5) and (9), damped on demand: accelerations a_I and pressures p_E^L.
         let report = pressure.solve(&at, particles, cells, nodes)?;
 
         // 7. Velocities of the nodes, v_I^L.
@@ -345,9 +350,9 @@ impl<const D: usize> Solver<D> {
 
     /// The limits of the time step for the body as it is now.
     pub fn step_limits(&self) -> StepLimits {
-        let Parts { grid, shape, gravity, .. } = &self.parts;
+        let &Parts { ref grid, ref shape, gravity, damping, .. } = &self.parts;
         let active = &self.active;
-        let at = StepView { grid, active, transfer: &**shape, gravity: *gravity, dt: 0.0, time: self.clock.time() };
+        let at = StepView { grid, active, transfer: &**shape, gravity, damping, dt: 0.0, time: self.clock.time() };
         limits::step_limits(&self.parts, &at)
     }
 }

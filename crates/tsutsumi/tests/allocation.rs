@@ -3,6 +3,7 @@
 #![allow(clippy::unwrap_used, reason = "a test reports by panicking")]
 
 use tsutsumi::boundary::History;
+use tsutsumi::damping::Damping;
 use tsutsumi::solver::Solver;
 use tsutsumi::tensor::Vector;
 use tsutsumi_testkit::body::{Body, down};
@@ -28,6 +29,8 @@ fn a_loaded_layer_allocates_nothing<const D: usize>(width: usize, height: f64, i
     };
     stepping_allocates_nothing(layer().build(), iterates);
     stepping_allocates_nothing(layer().plate(top::<D>()).build(), iterates);
+    let damping = Damping { local: 0.7, mass: 1.0 };
+    stepping_allocates_nothing(layer().plate(top::<D>()).damping(damping).build(), iterates);
 }
 
 fn stepping_allocates_nothing<const D: usize>(mut solver: Solver<D>, iterates: bool) {

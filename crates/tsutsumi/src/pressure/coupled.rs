@@ -280,6 +280,19 @@ impl<const D: usize> Coupled<D> {
         }
     }
 
+    /// Adds the damping to the nodes' forces, with the force out of balance at the pressures of the start of the step.
+    fn damp(&mut self, at: &StepView<D>, cells: &CellFields, nodes: &mut NodeFields<D>) {
+        for (pressure, &cell) in self.solution.iter_mut().zip(at.active.cells()) {
+            *pressure = cells.pressure_old[cell as usize];
+        }
+        self.topology.push_nodes(at, &self.divergence, &self.solution, &mut self.nodal);
+        for &node in at.active.nodes() {
+            let node = node as usize;
+            nodes.acceleration[node] = nodes.force[node] + self.nodal[node];
+        }
+        at.damping.resist(at.active, nodes);
+    }
+
     /// C p|t − K_vᵀ [v + c M⁻¹ F] − q_g, into `right`.
     fn fill_right_side(&mut self, at: &StepView<D>, cells: &CellFields, nodes: &NodeFields<D>) {
         for &node in at.active.nodes() {
@@ -598,6 +611,9 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
         fill_boxes(self.quadrature, at, particles, &mut self.boxes);
         if self.quadrature == Quadrature::MaterialPoints {
             at.transfer.divergence_of_particles(at.grid, particles, at.active, &mut self.divergence);
+        }
+        if !at.damping.is_off() {
+            self.damp(at, cells, nodes);
         }
         self.measure_faces(at);
         self.relax_nodes(at, nodes);

@@ -39,6 +39,8 @@ impl fmt::Display for Governing {
 /// limits of hourglass and compression then have √(l h) for h, with l the shortest half edge of a box, and the hourglass limit
 /// holds in 1-D too.
 ///
+/// Damping shortens the limits of hourglass and compression, see [`Damping`](crate::damping::Damping).
+///
 /// The hourglass limit is for particles anywhere in a cell as long as they fill it evenly; with 2 per axis the edge lies some
 /// 1.45 (2-D) and 1.54 (3-D) times higher. The compression and consolidation limits hold whatever share of the grid's accelerations the particles see; with a full
 /// share they would be up to √2 longer. Where the surface cuts through cells r grows, see
@@ -110,6 +112,7 @@ pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) ->
             limits.shear = limits.shear.min(wave_limit(s_wave));
         }
     }
+    limits.skeleton = parts.damping.shorten(limits.skeleton);
     limits.governing = match (limits.consolidation.is_finite(), limits.consolidation <= limits.skeleton) {
         (false, _) => Governing::Compression,
         (true, true) => Governing::Consolidation,
