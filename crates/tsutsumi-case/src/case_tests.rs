@@ -394,6 +394,8 @@ fn bad_overrides_are_explained() {
         &["method.damping={ local = -0.1, mass = -2.0 }"],
         &["method.solver=fem", "method.damping.local=0.7"],
         &["method.damping.lokal=0.7"],
+        &["method.volumetric_strain=averaged"],
+        &["method.solver=fem", "method.volumetric_strain=cell-averaged"],
     ];
     let messages = cases.iter().map(|overrides| {
         let start = Ok(source(COLUMN));

@@ -115,6 +115,8 @@ pub struct Method {
     pub fluid_inertia: bool,
     /// Damping, for problems of which only the state of rest is wanted. None by default.
     pub damping: Damping,
+    /// Where the volume change of a material point comes from: `"cell-averaged"` against locking of nearly incompressible ground.
+    pub volumetric_strain: VolumetricStrain,
 }
 
 /// What carries the soil skeleton.
@@ -138,6 +140,17 @@ pub enum PressureQuadrature {
     Cell,
     /// The material points in the cell: better where a surface moves through cells.
     MaterialPoints,
+}
+
+/// Where the volume change of a material point comes from.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "kebab-case")]
+pub enum VolumetricStrain {
+    /// The motion of the grid at the point itself, as in the paper.
+    #[default]
+    Pointwise,
+    /// The mean over the points of its cell (B-bar).
+    CellAveraged,
 }
 
 /// Damping of the nodes' motion. It changes the way to the state of rest, not the state.
@@ -609,6 +622,7 @@ impl Default for Method {
             newmark: Newmark::default(),
             fluid_inertia: true,
             damping: Damping::default(),
+            volumetric_strain: VolumetricStrain::default(),
         }
     }
 }

@@ -215,6 +215,7 @@ impl<'a> Checks<'a> {
             self.report("method.newmark.beta", message, "the paper takes 0.5");
         }
         self.damping();
+        self.volumetric_strain();
         if self.case.method.solver == SolverKind::Fem {
             self.finite_elements(beta, gamma);
         } else if gamma != 1.0 {
@@ -240,6 +241,14 @@ impl<'a> Checks<'a> {
         if self.case.method.solver == SolverKind::Fem && damping != Damping::default() {
             let help = "take [method.damping] out, or take `method.solver` = \"mpm\"";
             self.report("method.damping", "finite elements have no damping", help);
+        }
+    }
+
+    fn volumetric_strain(&mut self) {
+        let averaged = self.case.method.volumetric_strain == VolumetricStrain::CellAveraged;
+        if averaged && self.case.method.solver == SolverKind::Fem {
+            let help = "take `method.volumetric_strain` out, or take `method.solver` = \"mpm\"";
+            self.report("method.volumetric_strain", "finite elements have no mean volume change of a cell", help);
         }
     }
 

@@ -71,9 +71,13 @@ impl Damping {
     /// A shortest wave that turns round in every step has its force along the resistance: both add.
     pub(crate) fn shorten(&self, undamped: f64) -> f64 {
         let stiff = undamped / (1.0 + self.local).sqrt();
-        // Of the two roots the form without cancellation; with α_m = 0 it is `stiff`.
-        let slow = 0.25 * self.mass * stiff;
-        stiff / (slow + (1.0 + slow * slow).sqrt())
+        if self.mass == 0.0 {
+            return stiff;
+        }
+        // Of the two roots the form without cancellation. Without a shortest wave it is 2/α_m, for a motion that nothing else
+        // resists.
+        let slow = 0.25 * self.mass;
+        1.0 / (slow + (1.0 / (stiff * stiff) + slow * slow).sqrt())
     }
 }
 
@@ -84,6 +88,8 @@ mod tests {
     #[test]
     fn without_damping_the_step_is_as_long_as_before() {
         assert_eq!(Damping::default().shorten(0.00123), 0.00123);
+        assert_eq!(Damping::default().shorten(f64::INFINITY), f64::INFINITY);
+        assert_eq!(Damping { local: 0.0, mass: 4.0 }.shorten(f64::INFINITY), 0.5);
     }
 
     /// w² (1 + α_l) = 4 − 2 α_m Δt at the limit, to round-off.

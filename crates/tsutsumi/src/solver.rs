@@ -1,7 +1,9 @@
 //! One time step, in the order of the paper's algorithm, and how long it may be.
 
+mod dilation;
 mod limits;
 
+pub use dilation::VolumetricStrain;
 pub use limits::{Governing, StepLimits};
 
 use crate::boundary::Boundary;
@@ -13,6 +15,7 @@ use crate::pressure::{PressureError, PressureReport, PressureScheme, StepView};
 use crate::tensor::{Sym3, Vector, embed, spin, volume_ratio};
 use crate::transfer::Transfer;
 use crate::velocity::{Gathered, VelocityUpdate};
+use dilation::Dilation;
 
 /// Particles handled by one virtual call: few enough for the cache, many enough to hide the call.
 const BLOCK: usize = 64;
@@ -37,6 +40,8 @@ pub struct Parts<const D: usize> {
     pub pressure: Box<dyn PressureScheme<D>>,
     /// The damping of the nodes' motion; off by default.
     pub damping: Damping,
+    /// Where the volume change of a particle comes from.
+    pub volumetric_strain: VolumetricStrain,
 }
 
 /// A body on its grid, advanced step by step.
@@ -52,6 +57,7 @@ pub struct Solver<const D: usize> {
     active: ActiveSet,
     nodes: NodeFields<D>,
     cells: CellFields,
+    dilation: Dilation,
     at_particles: Vec<Gathered<D>>,
     increments: Vec<Increment>,
     porosities: Vec<f64>,
@@ -178,11 +184,13 @@ impl<const D: usize> Solver<D> {
         let active = ActiveSet::new(&parts.grid);
         let nodes = NodeFields::new(&parts.grid);
         let cells = CellFields::new(&parts.grid);
+        let dilation = Dilation::new(parts.volumetric_strain, &parts.grid);
         let mut solver = Solver {
             parts,
             active,
             nodes,
             cells,
+            dilation,
             at_particles: vec![Gathered::default(); BLOCK],
             increments: vec![Increment::default(); BLOCK],
             porosities: vec![0.0; BLOCK],
@@ -208,9 +216,20 @@ impl<const D: usize> Solver<D> {
         // 2. The grid is as it was at the start; find the particles in it.
         self.locate()?;
 
-        let Solver { parts, active, nodes, cells, at_particles, increments, porosities, clock, strain_energy, outflow } =
-            self;
-        let Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure, damping } = parts;
+        let Solver {
+            parts,
+            active,
+            nodes,
+            cells,
+            dilation,
+            at_particles,
+            increments,
+            porosities,
+            clock,
+            strain_energy,
+            outflow,
+        } = self;
+        let Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure, damping, .. } = parts;
         let after = clock.after(dt);
         let (gravity, damping) = (*gravity, *damping);
         let at = StepView { grid, active, transfer: &**shape, gravity, damping, dt, time: after.time() };
@@ -233,6 +252,7 @@ impl<const D: usize> Solver<D> {
 
         // 7. Velocities of the nodes, v_I^L.
         nodes.advance(active, dt);
+        dilation.measure(&**shape, grid, active, nodes, particles, at_particles);
 
         let mut failure = None;
         for group in groups {
@@ -244,6 +264,7 @@ impl<const D: usize> Solver<D> {
 
                 // 8. Strain increments from v_I^L.
                 shape.nodes_to_particles(grid, nodes, particles, block.clone(), at_particles);
+                dilation.impose(&particles.cell[block.clone()], at_particles);
                 strain_increments(at_particles, dt, increments);
 
                 // 9. Effective stresses by the constitutive law.

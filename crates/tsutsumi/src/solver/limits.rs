@@ -1,6 +1,6 @@
 use std::fmt;
 
-use super::Parts;
+use super::{Parts, VolumetricStrain};
 use crate::pressure::StepView;
 
 /// Which limit of the time step governs.
@@ -38,6 +38,8 @@ impl fmt::Display for Governing {
 /// With shape functions that average over boxes, the first nodes beyond a surface are as light as the boxes that reach them: the
 /// limits of hourglass and compression then have √(l h) for h, with l the shortest half edge of a box, and the hourglass limit
 /// holds in 1-D too.
+///
+/// With the volume change averaged over cells, the hourglass limit of linear shape functions has 2 G (1 − 1/D) for E_oed.
 ///
 /// Damping shortens the limits of hourglass and compression, see [`Damping`](crate::damping::Damping).
 ///
@@ -80,6 +82,15 @@ impl StepLimits {
     }
 }
 
+/// The stiffness (Pa) of hourglass modes when the volume change is the cell's: shear alone.
+///
+/// ```text
+/// 2 G (1 − 1/D) + (D − 1) G        the deviatoric part of ∂u_x/∂x, then ∂u_x/∂y (and ∂u_x/∂z)
+/// ```
+fn shear_stiffness(shear_modulus: f64, dimension: f64) -> f64 {
+    shear_modulus * (2.0 * (1.0 - 1.0 / dimension) + dimension - 1.0)
+}
+
 /// The smallest limits over the materials, for the smallest spacing of the grid.
 pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) -> StepLimits {
     let spacing = parts.grid.spacing().min();
@@ -103,7 +114,9 @@ pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) ->
             Some(limit) => {
                 limits.consolidation = limits.consolidation.min(limit);
                 if D > 1 || has_boxes {
-                    limits.skeleton = limits.skeleton.min(lightness * wave_limit(stiffness));
+                    let averaged = parts.volumetric_strain == VolumetricStrain::CellAveraged && !has_boxes;
+                    let inside = if averaged { shear_stiffness(s_wave, D as f64) } else { stiffness };
+                    limits.skeleton = limits.skeleton.min(lightness * wave_limit(inside));
                 }
             }
             None => limits.skeleton = limits.skeleton.min(lightness * wave_limit(2.0 * stiffness)),
