@@ -56,9 +56,7 @@ fn amplitude(poisson: f64, width: usize, averaged: bool) -> f64 {
     let particles = solver.particles();
     let fall =
         |&p: &usize| (HEIGHT - particles.position[p][1] - particles.half_size[p][1]) * (number * start[p][0]).cos();
-    let amplitude = 2.0 * carriers.iter().map(fall).sum::<f64>() / carriers.len() as f64 / exact(poisson);
-    println!("ν = {poisson}, {width} cells, averaged {averaged}: {amplitude:.4} of the exact amplitude");
-    amplitude
+    2.0 * carriers.iter().map(fall).sum::<f64>() / carriers.len() as f64 / exact(poisson)
 }
 
 #[test]
