@@ -3,10 +3,11 @@
 use std::ops::Range;
 
 use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, FluidLoad, History, Load};
+use tsutsumi::damping::Damping;
 use tsutsumi::grid::{Grid, Side, SideSet};
 use tsutsumi::particles::{Particle, Particles};
 use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
-use tsutsumi::solver::{Parts, Solver, StepError};
+use tsutsumi::solver::{Parts, Solver, StepError, VolumetricStrain};
 use tsutsumi::tensor::{Sym3, Vector};
 use tsutsumi_reference::finite_elements::{self, FiniteElements, Newmark};
 
@@ -68,7 +69,24 @@ pub fn build<const D: usize>(
     let known = velocity_updates(&case.method);
     let velocity_update = choose(source, method.key("velocity_update"), "velocity update", name, known)?;
     let pressure = build_pressure(case);
-    let parts = Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure };
+    let crate::Damping { local, mass } = case.method.damping;
+    let damping = Damping { local, mass };
+    let volumetric_strain = match case.method.volumetric_strain {
+        crate::VolumetricStrain::Pointwise => VolumetricStrain::Pointwise,
+        crate::VolumetricStrain::CellAveraged => VolumetricStrain::CellAveraged,
+    };
+    let parts = Parts {
+        grid,
+        particles,
+        groups,
+        boundary,
+        gravity,
+        shape,
+        velocity_update,
+        pressure,
+        damping,
+        volumetric_strain,
+    };
     let model = Solver::new(parts).map_err(|error| match error {
         StepError::NarrowGrid { .. } => {
             source.invalid("grid.cells", error.to_string(), "add cells, or take `method.shape` = \"linear\"")

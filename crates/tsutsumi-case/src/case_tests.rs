@@ -360,6 +360,13 @@ fn overrides_reach_everything() {
 }
 
 #[test]
+fn damping_is_off_unless_asked_for() {
+    assert_eq!(read(&source(COLUMN)).unwrap().method.damping, Damping { local: 0.0, mass: 0.0 });
+    let damped = source(COLUMN).with_override("method.damping.local=0.7").unwrap();
+    assert_eq!(read(&damped).unwrap().method.damping, Damping { local: 0.7, mass: 0.0 });
+}
+
+#[test]
 fn bad_overrides_are_explained() {
     let cases: &[&[&str]] = &[
         &["time.step"],
@@ -385,6 +392,12 @@ fn bad_overrides_are_explained() {
         &["dimension=3"],
         &["grid={ origin = [0, 0], spacing = [1, 1] }"],
         &["materials.soil.parameters.young=\"stiff\""],
+        &["method.damping.local=1"],
+        &["method.damping={ local = -0.1, mass = -2.0 }"],
+        &["method.solver=fem", "method.damping.local=0.7"],
+        &["method.damping.lokal=0.7"],
+        &["method.volumetric_strain=averaged"],
+        &["method.solver=fem", "method.volumetric_strain=cell-averaged"],
     ];
     let messages = cases.iter().map(|overrides| {
         let start = Ok(source(COLUMN));

@@ -219,12 +219,41 @@ impl<'a> Checks<'a> {
             let message = format!("`method.flip_share` must be between 0 and 1, not {}", number(share));
             self.report("method.flip_share", message, "1 is `mpm1`, 0 is `mpm2`");
         }
+        self.damping();
+        self.volumetric_strain();
         if self.case.method.solver == SolverKind::Fem {
             self.finite_elements(beta, gamma);
         } else if gamma != 1.0 {
             let message = format!("`method.newmark.gamma` must be 1, not {}", number(gamma));
             let help = "any other value needs the acceleration at the beginning of the step, which material points do not carry";
             self.report("method.newmark.gamma", message, help);
+        }
+    }
+
+    fn damping(&mut self) {
+        let damping = self.case.method.damping;
+        if !(0.0..1.0).contains(&damping.local) {
+            let message =
+                format!("`method.damping.local` must be at least 0 and less than 1, not {}", number(damping.local));
+            self.report("method.damping.local", message, "it is a part of the force out of balance; 0.7 is usual");
+        }
+        if !(damping.mass >= 0.0 && damping.mass.is_finite()) {
+            let message =
+                format!("`method.damping.mass` must be a finite number, 0 or more, not {}", number(damping.mass));
+            let help = "it is in 1/s: twice the slowest angular frequency stops the motion soonest";
+            self.report("method.damping.mass", message, help);
+        }
+        if self.case.method.solver == SolverKind::Fem && damping != Damping::default() {
+            let help = "take [method.damping] out, or take `method.solver` = \"mpm\"";
+            self.report("method.damping", "finite elements have no damping", help);
+        }
+    }
+
+    fn volumetric_strain(&mut self) {
+        let averaged = self.case.method.volumetric_strain == VolumetricStrain::CellAveraged;
+        if averaged && self.case.method.solver == SolverKind::Fem {
+            let help = "take `method.volumetric_strain` out, or take `method.solver` = \"mpm\"";
+            self.report("method.volumetric_strain", "finite elements have no mean volume change of a cell", help);
         }
     }
 

@@ -15,12 +15,13 @@
 //! ```
 
 use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, History, Load};
+use tsutsumi::damping::Damping;
 use tsutsumi::grid::{Grid, Side};
 use tsutsumi::law::{ConstitutiveLaw, Group, LinearElastic};
 use tsutsumi::particles::{Particle, Particles};
 use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
 use tsutsumi::shape::Linear;
-use tsutsumi::solver::{Parts, Solver, StepError};
+use tsutsumi::solver::{Parts, Solver, StepError, VolumetricStrain};
 use tsutsumi::tensor::{Sym3, Vector};
 use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Mpm1, VelocityUpdate};
@@ -53,7 +54,7 @@ pub fn down<const D: usize>(length: f64) -> Vector<D> {
 /// A traction (Pa) on a side of the body.
 struct Traction<const D: usize> {
     side: Side,
-    traction: Vector<D>,
+    traction: Field<Vector<D>, D>,
     history: History,
     applied_to: AppliedTo,
 }
@@ -74,6 +75,8 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     quadrature: Quadrature,
     fluid_inertia: bool,
     gravity: f64,
+    damping: Damping,
+    volumetric_strain: VolumetricStrain,
     shape: Box<dyn Transfer<D>>,
     velocity_update: Box<dyn VelocityUpdate<D>>,
     rollers: bool,
@@ -102,6 +105,8 @@ impl<const D: usize> Body<D> {
             quadrature: Quadrature::MaterialPoints,
             fluid_inertia: true,
             gravity: 0.0,
+            damping: Damping::default(),
+            volumetric_strain: VolumetricStrain::default(),
             shape: Box::new(Linear),
             velocity_update: Box::new(Mpm1),
             rollers: false,
@@ -144,6 +149,8 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             quadrature: self.quadrature,
             fluid_inertia: self.fluid_inertia,
             gravity: self.gravity,
+            damping: self.damping,
+            volumetric_strain: self.volumetric_strain,
             shape: self.shape,
             velocity_update: self.velocity_update,
             rollers: self.rollers,
@@ -206,6 +213,18 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         self
     }
 
+    /// The damping of the nodes' motion; it starts with none.
+    pub fn damping(mut self, damping: Damping) -> Self {
+        self.damping = damping;
+        self
+    }
+
+    /// The volume change of a particle is the mean of its cell.
+    pub fn cell_averaged(mut self) -> Self {
+        self.volumetric_strain = VolumetricStrain::CellAveraged;
+        self
+    }
+
     /// The velocity update.
     pub fn velocity_update(mut self, velocity_update: impl VelocityUpdate<D> + 'static) -> Self {
         self.velocity_update = Box::new(velocity_update);
@@ -244,16 +263,27 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
 
     /// A traction (Pa) on a side, acting on the true surface.
     pub fn load_on_surface(self, side: Side, traction: Vector<D>, history: History) -> Self {
-        self.load(side, traction, history, AppliedTo::Surface(side))
+        self.load(side, move |_| traction, history, AppliedTo::Surface(side))
     }
 
     /// A traction (Pa) on a side, acting at the particles there, as in the paper.
     pub fn load_on_particles(self, side: Side, traction: Vector<D>, history: History) -> Self {
-        self.load(side, traction, history, AppliedTo::Particles)
+        self.load(side, move |_| traction, history, AppliedTo::Particles)
     }
 
-    fn load(mut self, side: Side, traction: Vector<D>, history: History, applied_to: AppliedTo) -> Self {
-        self.tractions.push(Traction { side, traction, history, applied_to });
+    /// A traction (Pa) that varies with the position of the particles at a side, acting on the true surface at once.
+    pub fn load_varying(self, side: Side, traction: impl Fn(Vector<D>) -> Vector<D> + 'static) -> Self {
+        self.load(side, traction, History::new(vec![]), AppliedTo::Surface(side))
+    }
+
+    fn load(
+        mut self,
+        side: Side,
+        traction: impl Fn(Vector<D>) -> Vector<D> + 'static,
+        history: History,
+        applied_to: AppliedTo,
+    ) -> Self {
+        self.tractions.push(Traction { side, traction: Box::new(traction), history, applied_to });
         self
     }
 
@@ -302,6 +332,8 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             shape: self.shape,
             velocity_update: self.velocity_update,
             pressure,
+            damping: self.damping,
+            volumetric_strain: self.volumetric_strain,
         })
     }
 
@@ -358,7 +390,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             let force = |p: usize| {
                 let edges = particles.half_size[p] * 2.0;
                 let area: f64 = (0..D).filter(|&axis| axis != load.side.axis).map(|axis| edges[axis]).product();
-                (p, load.traction * area)
+                (p, (load.traction)(particles.position[p]) * area)
             };
             boundary.push_load(Load {
                 forces: outermost(particles, load.side).into_iter().map(force).collect(),

@@ -21,11 +21,13 @@
 //! | [`law`] | constitutive laws of the effective stress |
 //! | [`transfer`] | sums from particles to nodes and back |
 //! | [`velocity`] | velocity updates: MPM①, MPM②, FLIP, APIC, XPIC |
+//! | [`damping`] | damping of the nodes' motion, for states of rest |
 //! | [`pressure`] | pore pressure, coupled with the momentum balance |
 //! | [`boundary`] | supports and loads |
 //! | [`solver`] | one time step |
 
 pub mod boundary;
+pub mod damping;
 pub mod grid;
 pub mod law;
 pub mod particles;

@@ -15,6 +15,7 @@ pub use dry::Dry;
 
 use std::ops::Range;
 
+use crate::damping::Damping;
 use crate::grid::{ActiveSet, CellFields, Grid, NodeFields};
 use crate::particles::Particles;
 use crate::tensor::Vector;
@@ -30,6 +31,8 @@ pub struct StepView<'a, const D: usize> {
     pub transfer: &'a dyn Transfer<D>,
     /// Gravity b (m/s²).
     pub gravity: Vector<D>,
+    /// The damping of the nodes' motion.
+    pub damping: Damping,
     /// The step Δt (s).
     pub dt: f64,
     /// The time at the end of the step (s).
@@ -100,7 +103,8 @@ pub trait PressureScheme<const D: usize>: Send {
     /// Step 5: the cells' pressures from those of the particles, into `cells.pressure_old`.
     fn particles_to_cells(&mut self, at: &StepView<D>, particles: &Particles<D>, cells: &mut CellFields);
 
-    /// Step 6: the cells' pressures and the nodes' accelerations, from the forces and old velocities of the nodes.
+    /// Step 6: the cells' pressures and the nodes' accelerations, from the forces and old velocities of the nodes, with the
+    /// damping that the view holds.
     ///
     /// # Errors
     /// See [`PressureError`]. The particles are untouched then.

@@ -1,10 +1,13 @@
 //! One time step, in the order of the paper's algorithm, and how long it may be.
 
+mod dilation;
 mod limits;
 
+pub use dilation::VolumetricStrain;
 pub use limits::{Governing, StepLimits};
 
 use crate::boundary::Boundary;
+use crate::damping::Damping;
 use crate::grid::{ActiveSet, CellFields, Grid, NodeFields};
 use crate::law::{Increment, LawError, MaterialGroup};
 use crate::particles::{OutsideGrid, Particles};
@@ -12,6 +15,7 @@ use crate::pressure::{PressureError, PressureReport, PressureScheme, StepView};
 use crate::tensor::{Sym3, Vector, embed, spin, volume_ratio};
 use crate::transfer::{Gathered, Transfer};
 use crate::velocity::VelocityUpdate;
+use dilation::Dilation;
 
 /// Particles handled by one virtual call: few enough for the cache, many enough to hide the call.
 const BLOCK: usize = 64;
@@ -34,6 +38,10 @@ pub struct Parts<const D: usize> {
     pub velocity_update: Box<dyn VelocityUpdate<D>>,
     /// The pore pressure.
     pub pressure: Box<dyn PressureScheme<D>>,
+    /// The damping of the nodes' motion; off by default.
+    pub damping: Damping,
+    /// Where the volume change of a particle comes from.
+    pub volumetric_strain: VolumetricStrain,
 }
 
 /// A body on its grid, advanced step by step.
@@ -49,6 +57,7 @@ pub struct Solver<const D: usize> {
     active: ActiveSet,
     nodes: NodeFields<D>,
     cells: CellFields,
+    dilation: Dilation,
     at_particles: Vec<Gathered<D>>,
     increments: Vec<Increment>,
     porosities: Vec<f64>,
@@ -175,11 +184,13 @@ impl<const D: usize> Solver<D> {
         let active = ActiveSet::new(&parts.grid);
         let nodes = NodeFields::new(&parts.grid);
         let cells = CellFields::new(&parts.grid);
+        let dilation = Dilation::new(parts.volumetric_strain, &parts.grid);
         let mut solver = Solver {
             parts,
             active,
             nodes,
             cells,
+            dilation,
             at_particles: vec![Gathered::default(); BLOCK],
             increments: vec![Increment::default(); BLOCK],
             porosities: vec![0.0; BLOCK],
@@ -189,8 +200,9 @@ impl<const D: usize> Solver<D> {
         };
         solver.locate()?;
         let Solver { parts, active, cells, clock, .. } = &mut solver;
-        let Parts { grid, particles, shape, pressure, gravity, .. } = parts;
-        let at = StepView { grid, active, transfer: &**shape, gravity: *gravity, dt: 0.0, time: clock.time() };
+        let Parts { grid, particles, shape, pressure, gravity, damping, .. } = parts;
+        let (gravity, damping) = (*gravity, *damping);
+        let at = StepView { grid, active, transfer: &**shape, gravity, damping, dt: 0.0, time: clock.time() };
         pressure.particles_to_cells(&at, particles, cells);
         cells.pressure.clone_from(&cells.pressure_old);
         Ok(solver)
@@ -204,11 +216,23 @@ impl<const D: usize> Solver<D> {
         // 2. The grid is as it was at the start; find the particles in it.
         self.locate()?;
 
-        let Solver { parts, active, nodes, cells, at_particles, increments, porosities, clock, strain_energy, outflow } =
-            self;
-        let Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure } = parts;
+        let Solver {
+            parts,
+            active,
+            nodes,
+            cells,
+            dilation,
+            at_particles,
+            increments,
+            porosities,
+            clock,
+            strain_energy,
+            outflow,
+        } = self;
+        let Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure, damping, .. } = parts;
         let after = clock.after(dt);
-        let at = StepView { grid, active, transfer: &**shape, gravity: *gravity, dt, time: after.time() };
+        let (gravity, damping) = (*gravity, *damping);
+        let at = StepView { grid, active, transfer: &**shape, gravity, damping, dt, time: after.time() };
 
         // 3. Masses and velocities of the nodes, Eq. (10); with them the force of the effective stress.
         nodes.clear(active);
@@ -218,18 +242,19 @@ impl<const D: usize> Solver<D> {
         nodes.momentum_to_velocity(active);
 
         // 4. Gravity and loads on the nodes: the right side of Eq. (5).
-        nodes.add_gravity(active, *gravity);
+        nodes.add_gravity(active, gravity);
         boundary.add_loads(grid, &**shape, particles, at.time, nodes);
 
         // 5. Pressures of the cells from the particles.
         pressure.particles_to_cells(&at, particles, cells);
 
-        // 6. Momentum and continuity together, Eqs. (5) and (9): accelerations a_I and pressures p_E^L.
+        // 6. Momentum and continuity together, Eqs. (5) and (9), damped on demand: accelerations a_I and pressures p_E^L.
         let report = pressure.solve(&at, particles, cells, nodes)?;
 
         // 7. Velocities of the nodes, v_I^L.
         nodes.advance(active, dt);
         velocity_update.look_at_grid(grid, active, &**shape, nodes, particles);
+        dilation.measure(&**shape, grid, active, nodes, particles, at_particles);
 
         let mut failure = None;
         for group in groups {
@@ -241,6 +266,7 @@ impl<const D: usize> Solver<D> {
 
                 // 8. Strain increments from v_I^L.
                 shape.nodes_to_particles(grid, nodes, particles, block.clone(), at_particles);
+                dilation.impose(&particles.cell[block.clone()], at_particles);
                 strain_increments(at_particles, dt, increments);
 
                 // 9. Effective stresses by the constitutive law.
@@ -347,9 +373,9 @@ impl<const D: usize> Solver<D> {
 
     /// The limits of the time step for the body as it is now.
     pub fn step_limits(&self) -> StepLimits {
-        let Parts { grid, shape, gravity, .. } = &self.parts;
+        let &Parts { ref grid, ref shape, gravity, damping, .. } = &self.parts;
         let active = &self.active;
-        let at = StepView { grid, active, transfer: &**shape, gravity: *gravity, dt: 0.0, time: self.clock.time() };
+        let at = StepView { grid, active, transfer: &**shape, gravity, damping, dt: 0.0, time: self.clock.time() };
         limits::step_limits(&self.parts, &at)
     }
 }

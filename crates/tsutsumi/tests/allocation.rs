@@ -5,6 +5,7 @@
 use std::num::NonZeroUsize;
 
 use tsutsumi::boundary::History;
+use tsutsumi::damping::Damping;
 use tsutsumi::solver::Solver;
 use tsutsumi::tensor::Vector;
 use tsutsumi::velocity::{Apic, VelocityUpdate, Xpic};
@@ -31,6 +32,8 @@ fn a_loaded_layer_allocates_nothing<const D: usize>(width: usize, height: f64, i
     };
     stepping_allocates_nothing(layer().build(), iterates);
     stepping_allocates_nothing(layer().plate(top::<D>()).build(), iterates);
+    let damping = Damping { local: 0.7, mass: 1.0 };
+    stepping_allocates_nothing(layer().plate(top::<D>()).damping(damping).cell_averaged().build(), iterates);
 }
 
 fn stepping_allocates_nothing<const D: usize>(mut solver: Solver<D>, iterates: bool) {

@@ -8,6 +8,15 @@ use crate::particles::Particles;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Dry;
 
+impl<const D: usize> NodeFields<D> {
+    /// Puts the forces (N) where the accelerations will stand.
+    fn acceleration_from_forces(&mut self, at: &StepView<D>) {
+        for &node in at.active.nodes() {
+            self.acceleration[node as usize] = self.force[node as usize];
+        }
+    }
+}
+
 impl<const D: usize> PressureScheme<D> for Dry {
     fn particles_to_cells(&mut self, _at: &StepView<D>, _particles: &Particles<D>, _cells: &mut CellFields) {}
 
@@ -18,9 +27,10 @@ impl<const D: usize> PressureScheme<D> for Dry {
         _cells: &mut CellFields,
         nodes: &mut NodeFields<D>,
     ) -> Result<PressureReport, PressureError> {
-        for &node in at.active.nodes() {
-            let node = node as usize;
-            nodes.acceleration[node] = nodes.force[node];
+        nodes.acceleration_from_forces(at);
+        if !at.damping.is_off() {
+            at.damping.resist(at.active, nodes);
+            nodes.acceleration_from_forces(at);
         }
         nodes.forces_to_accelerations(at.active);
         Ok(PressureReport::default())

@@ -1,6 +1,6 @@
 use std::fmt;
 
-use super::Parts;
+use super::{Parts, VolumetricStrain};
 use crate::pressure::StepView;
 
 /// Which limit of the time step governs.
@@ -39,6 +39,10 @@ impl fmt::Display for Governing {
 /// limits of hourglass and compression then have √(l h) for h, with l the shortest half edge of a box. With them and with splines
 /// there are nodes beyond the surface that no pressure holds: the hourglass limit holds in 1-D too. For splines Σ_I |∇N_I|²/N_I is
 /// at most 6 D/h² (quadratic) and 3.2 D/h² (cubic) wherever a particle is, but in the cells at the ends of the grid.
+///
+/// With the volume change averaged over cells, the hourglass limit of linear shape functions has 2 G (1 − 1/D) for E_oed.
+///
+/// Damping shortens the limits of hourglass and compression, see [`Damping`](crate::damping::Damping).
 ///
 /// The hourglass limit is for particles anywhere in a cell as long as they fill it evenly; with 2 per axis the edge lies some
 /// 1.45 (2-D) and 1.54 (3-D) times higher. The compression and consolidation limits hold whatever share of the grid's accelerations the particles see; with a full
@@ -79,6 +83,15 @@ impl StepLimits {
     }
 }
 
+/// The stiffness (Pa) of hourglass modes when the volume change is the cell's: shear alone.
+///
+/// ```text
+/// 2 G (1 − 1/D) + (D − 1) G        the deviatoric part of ∂u_x/∂x, then ∂u_x/∂y (and ∂u_x/∂z)
+/// ```
+fn shear_stiffness(shear_modulus: f64, dimension: f64) -> f64 {
+    shear_modulus * (2.0 * (1.0 - 1.0 / dimension) + dimension - 1.0)
+}
+
 /// The smallest limits over the materials, for the smallest spacing of the grid.
 pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) -> StepLimits {
     let spacing = parts.grid.spacing().min();
@@ -105,7 +118,9 @@ pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) ->
             Some(limit) => {
                 limits.consolidation = limits.consolidation.min(limit);
                 if D > 1 || reaches_beyond_cells {
-                    limits.skeleton = limits.skeleton.min(lightness * wave_limit(stiffness));
+                    let averaged = parts.volumetric_strain == VolumetricStrain::CellAveraged && !reaches_beyond_cells;
+                    let inside = if averaged { shear_stiffness(s_wave, D as f64) } else { stiffness };
+                    limits.skeleton = limits.skeleton.min(lightness * wave_limit(inside));
                 }
             }
             None => limits.skeleton = limits.skeleton.min(lightness * wave_limit(2.0 * stiffness)),
@@ -114,6 +129,7 @@ pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) ->
             limits.shear = limits.shear.min(wave_limit(s_wave));
         }
     }
+    limits.skeleton = parts.damping.shorten(limits.skeleton);
     limits.governing = match (limits.consolidation.is_finite(), limits.consolidation <= limits.skeleton) {
         (false, _) => Governing::Compression,
         (true, true) => Governing::Consolidation,
