@@ -9,8 +9,8 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use tsutsumi::law::{
-    ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, KozenyCarman, LawError, LinearElastic,
-    MaterialGroup, XieLeo,
+    ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, Hencky, KozenyCarman, LawError, LinearElastic,
+    MaterialGroup, NeoHookean, XieLeo,
 };
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
 use tsutsumi::tensor::Sym3;
@@ -76,7 +76,10 @@ pub(crate) struct MaterialRequest<'a> {
 impl Registry {
     /// The laws of the library.
     pub fn built_in() -> Self {
-        Registry { laws: BTreeMap::new() }.law::<LinearElastic>("linear-elastic")
+        Registry { laws: BTreeMap::new() }
+            .law::<LinearElastic>("linear-elastic")
+            .law::<NeoHookean>("neo-hookean")
+            .law::<Hencky>("hencky")
     }
 
     /// Adds a law under a name. Its parameters are read from the case file by its own `Deserialize`, and described in

@@ -7,8 +7,8 @@
 //! check_law(&PAPER_SOIL).unwrap();
 //! ```
 
-use tsutsumi::law::{ConstitutiveLaw, LawError};
-use tsutsumi::tensor::{Matrix3, Matrix6, Sym3};
+use tsutsumi::law::{ConstitutiveLaw, Increment, LawError};
+use tsutsumi::tensor::{Matrix3, Matrix6, Sym3, Vector, rotation};
 
 use crate::noise::Noise;
 
@@ -50,6 +50,16 @@ pub enum LawViolation {
     NotObjective {
         /// The number of the increment on the path.
         increment: usize,
+        /// The norm of the difference (Pa).
+        off: f64,
+    },
+    /// A rigid rotation does more to the stress than turn it.
+    #[error("increment {increment}: after a rigid rotation by {degrees}° the stress is {off:e} Pa off the turned one")]
+    Turned {
+        /// The number of the increment on the path.
+        increment: usize,
+        /// The angle so far.
+        degrees: usize,
         /// The norm of the difference (Pa).
         off: f64,
     },
@@ -137,6 +147,9 @@ impl Default for LawPath {
     }
 }
 
+/// The steps of a rigid rotation through 360°.
+const STEPS_OF_A_TURN: usize = 1000;
+
 /// A material point on its way.
 struct Point<S> {
     stress: Sym3,
@@ -183,6 +196,7 @@ impl LawPath {
             tangent_is_the_derivative(law, increment, &point, strain)?;
             outputs_are_written(law, increment, &point)?;
             if increment == self.increments / 2 {
+                self.a_rigid_rotation_turns_the_stress(law, increment, &point)?;
                 turned =
                     Some(Point { stress: point.stress.rotated(&turn), state: law.rotate_state(point.state, &turn) });
             }
@@ -222,6 +236,39 @@ impl LawPath {
         match change <= 1e-12 * self.scale(law, point) {
             true => Ok(()),
             false => Err(LawViolation::Creeps { increment, change }),
+        }
+    }
+
+    /// Once round, by the steps that a body makes: spins for laws of small increments, deformation gradients for those of finite strain.
+    fn a_rigid_rotation_turns_the_stress<L: ConstitutiveLaw>(
+        &self,
+        law: &L,
+        increment: usize,
+        point: &Point<L::State>,
+    ) -> Result<(), LawViolation> {
+        let axis = Vector::<3>::new(0.6, -0.48, 0.64);
+        let spin = axis * (std::f64::consts::TAU / STEPS_OF_A_TURN as f64);
+        let turn = rotation(&spin);
+        let motion = match L::FINITE_STRAIN {
+            false => Increment { strain: Sym3::ZERO, spin },
+            true => Increment::of(&(turn - Matrix3::identity())),
+        };
+        let (mut stress, mut state, mut turned) = (point.stress, point.state, point.stress);
+        for step in 1..=STEPS_OF_A_TURN {
+            (stress, state) =
+                law.deform(stress, state, &motion).map_err(|source| LawViolation::Failed { increment, source })?;
+            turned = turned.rotated(&turn);
+            let off = norm(stress - turned);
+            // The rounding of so many products of matrices, and of F − I in laws of finite strain.
+            if off.is_nan() || off > 1e-9 * self.scale(law, point) {
+                return Err(LawViolation::Turned { increment, degrees: 360 * step / STEPS_OF_A_TURN, off });
+            }
+        }
+        // The product of the steps is the identity to 8e-14 rad a step, see `rotation`.
+        let off = norm(stress - point.stress);
+        match off <= 1e-9 * self.scale(law, point) {
+            true => Ok(()),
+            false => Err(LawViolation::Turned { increment, degrees: 360, off }),
         }
     }
 
@@ -336,6 +383,7 @@ fn outputs_are_written<L: ConstitutiveLaw>(
 #[cfg(test)]
 mod tests {
     use serde::{Deserialize, Serialize};
+    use tsutsumi::law::{Hencky, NeoHookean};
 
     use super::*;
     use crate::body::PAPER_SOIL;
@@ -349,6 +397,7 @@ mod tests {
         NotFinite,
         Creeps,
         TensorsStay,
+        DriftsWhileTurning,
         Tangent,
         CompressionModulus,
         ShearModulus,
@@ -364,6 +413,7 @@ mod tests {
         #[serde(skip)]
         not_written: f64,
         length: f64,
+        drift: f64,
     }
 
     impl ConstitutiveLaw for Fault {
@@ -373,6 +423,7 @@ mod tests {
             let (mut new, ()) = PAPER_SOIL.update(stress, (), strain)?;
             // A kinematic part: an elastic energy of the whole strain, whose derivative is the strain.
             new += strain * 1e6 + state.strain * (1e9 * strain.double_dot(strain));
+            new += Sym3::IDENTITY * state.drift;
             state.strain += strain;
             state.length += norm(strain);
             match self {
@@ -409,6 +460,7 @@ mod tests {
         fn rotate_state(&self, state: History, rotation: &Matrix3) -> History {
             match self {
                 Fault::TensorsStay => state,
+                Fault::DriftsWhileTurning => History { drift: state.drift + 1.0, ..state },
                 _ => History { strain: state.strain.rotated(rotation), ..state },
             }
         }
@@ -435,8 +487,14 @@ mod tests {
     fn sound_laws_pass() {
         check_law(&PAPER_SOIL).unwrap();
         check_law(&Fault::None).unwrap();
+        check_law(&NeoHookean { young: 1e7, poisson: 0.3 }).unwrap();
+        check_law(&Hencky { young: 1e7, poisson: 0.3 }).unwrap();
         let unstressed = LawPath { stress: Sym3::ZERO, ..LawPath::default() };
         unstressed.check(&PAPER_SOIL).unwrap();
+        // Strains of tens of per cent.
+        let far = LawPath { stress: Sym3::ZERO, strain: 0.01, ..LawPath::default() };
+        far.check(&NeoHookean { young: 1e7, poisson: 0.3 }).unwrap();
+        far.check(&Hencky { young: 1e7, poisson: 0.3 }).unwrap();
     }
 
     macro_rules! assert_violation {
@@ -452,6 +510,7 @@ mod tests {
         assert_violation!(Fails, LawViolation::Failed { .. });
         assert_violation!(NotFinite, LawViolation::NotFinite { .. });
         assert_violation!(Creeps, LawViolation::Creeps { increment: 0, .. });
+        assert_violation!(DriftsWhileTurning, LawViolation::Turned { increment: 20, .. });
         assert_violation!(TensorsStay, LawViolation::NotObjective { .. });
         assert_violation!(Tangent, LawViolation::Tangent { increment: 0, .. });
         assert_violation!(CompressionModulus, LawViolation::CompressionModulus { increment: 0, .. });

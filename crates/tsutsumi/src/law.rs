@@ -8,16 +8,44 @@
 
 mod conductivity;
 mod group;
+mod hencky;
+mod left_cauchy_green;
 mod linear_elastic;
+mod neo_hookean;
 
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
-pub use group::{BlockOutcome, Group, Increment, MaterialGroup};
+pub use group::{BlockOutcome, Group, MaterialGroup};
+pub use hencky::Hencky;
+pub use left_cauchy_green::LeftCauchyGreen;
 pub use linear_elastic::LinearElastic;
+pub use neo_hookean::NeoHookean;
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
-use crate::tensor::{Matrix3, Matrix6, Sym3};
+use crate::tensor::{Matrix3, Matrix6, Sym3, Vector, rotation, spin};
+
+/// How a material point moves in one step: the gradient ∇u of the displacement over the place at the start of the step, in two parts.
+#[derive(Debug, Clone, Copy, Default, PartialEq)]
+pub struct Increment {
+    /// The strain increment Δε = ½ (∇u + ∇uᵀ) (–).
+    pub strain: Sym3,
+    /// The axial vector of the spin increment ½ (∇u − ∇uᵀ) (rad).
+    pub spin: Vector<3>,
+}
+
+impl Increment {
+    /// The two parts of a displacement gradient ∇u.
+    #[inline(always)]
+    pub fn of(displacement_gradient: &Matrix3) -> Self {
+        Increment { strain: Sym3::symmetric_part(displacement_gradient), spin: spin(displacement_gradient) }
+    }
+
+    /// The displacement gradient ∇u; I + ∇u is the deformation gradient of the step.
+    pub fn displacement_gradient(&self) -> Matrix3 {
+        self.strain.to_matrix() + self.spin.cross_matrix()
+    }
+}
 
 /// Why a law cannot be used or could not be integrated.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -61,6 +89,24 @@ pub trait ConstitutiveLaw: Send + Sync + 'static {
     /// # Errors
     /// The law's own reasons why there is no answer.
     fn update(&self, stress: Sym3, state: Self::State, strain: Sym3) -> Result<(Sym3, Self::State), LawError>;
+
+    /// True for laws of finite strain: they implement [`deform`](Self::deform) and follow the deformation gradient themselves.
+    const FINITE_STRAIN: bool = false;
+
+    /// Effective stress σ' (Pa) and history at the end of a step, from the whole motion of the material in it.
+    ///
+    /// Small increments, the default: stress and history turn by the rotation of the step (Jaumann's rate), then comes
+    /// [`update`](Self::update). A law of finite strain implements this method instead: it keeps what it needs of the deformation gradient
+    /// F ← (I + ∇u) F in its history, as [`LeftCauchyGreen`] does for isotropic ones, and gets stress and history as they were, not turned.
+    /// Its `update` is a step without spin.
+    ///
+    /// # Errors
+    /// Those of [`update`](Self::update).
+    #[inline(always)]
+    fn deform(&self, stress: Sym3, state: Self::State, motion: &Increment) -> Result<(Sym3, Self::State), LawError> {
+        let turn = rotation(&motion.spin);
+        self.update(stress.rotated(&turn), self.rotate_state(state, &turn), motion.strain)
+    }
 
     /// The largest stiffness against a compression wave (Pa): limits the time step.
     fn p_wave_modulus(&self, stress: Sym3, state: &Self::State) -> f64;

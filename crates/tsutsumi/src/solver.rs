@@ -12,7 +12,7 @@ use crate::grid::{ActiveSet, CellFields, Grid, NodeFields};
 use crate::law::{Increment, LawError, MaterialGroup};
 use crate::particles::{OutsideGrid, Particles};
 use crate::pressure::{PressureError, PressureReport, PressureScheme, StepView};
-use crate::tensor::{Sym3, Vector, embed, spin, volume_ratio};
+use crate::tensor::{Vector, embed, volume_ratio};
 use crate::transfer::{Gathered, Transfer};
 use crate::velocity::VelocityUpdate;
 use dilation::Dilation;
@@ -389,8 +389,7 @@ impl<const D: usize> Solver<D> {
 /// ```
 fn strain_increments<const D: usize>(at_particles: &[Gathered<D>], dt: f64, increments: &mut [Increment]) {
     for (at, increment) in at_particles.iter().zip(increments) {
-        let gradient = at.velocity_gradient * dt;
-        *increment = Increment { strain: Sym3::symmetric_part(&embed(&gradient)), spin: spin(&gradient) };
+        *increment = Increment::of(&embed(&(at.velocity_gradient * dt)));
     }
 }
 

@@ -100,6 +100,14 @@ impl Sym3 {
         }
     }
 
+    /// The tensor with the same axes whose principal values are those of a function: Σ f(a_i) n_i ⊗ n_i.
+    pub fn map_eigenvalues(self, function: impl Fn(f64) -> f64) -> Self {
+        let eigen = self.to_matrix().symmetric_eigen();
+        let axes = eigen.eigenvectors;
+        let [a, b, c] = [0, 1, 2].map(|i| function(eigen.eigenvalues[i]));
+        Sym3::diagonal(a, b, c).rotated(&axes)
+    }
+
     /// The first `D` components of a · g, for a vector g of space (zero out of the plane).
     #[inline(always)]
     pub fn dot<const D: usize>(self, vector: &Vector<D>) -> Vector<D> {
@@ -250,6 +258,13 @@ mod tests {
         let kelvin = a.to_kelvin().dot(&b.to_kelvin());
         assert!((kelvin - a.double_dot(b)).abs() < 1e-14 * kelvin.abs());
         assert!((Sym3::from_kelvin(&a.to_kelvin()) - a).double_dot(Sym3::IDENTITY).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_function_of_a_tensor_has_its_axes() {
+        let square = sample().map_eigenvalues(|a| a * a);
+        let expected = Sym3::symmetric_part(&(sample().to_matrix() * sample().to_matrix()));
+        assert!((square - expected).double_dot(square - expected).sqrt() < 1e-13);
     }
 
     #[test]

@@ -1,16 +1,7 @@
 use std::ops::Range;
 
-use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, LawError};
+use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Increment, LawError};
 use crate::tensor::{Matrix6, Sym3, Vector, rotation};
-
-/// What one step does to a material point.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
-pub struct Increment {
-    /// The strain increment Δε (–).
-    pub strain: Sym3,
-    /// The axial vector of the spin increment (rad).
-    pub spin: Vector<3>,
-}
 
 /// The outcome of a law over a block of particles.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -18,7 +9,7 @@ pub struct BlockOutcome {
     /// Work of the effective stress, Σ V σ' : Δε (J).
     pub work: f64,
     /// The first particle of the block whose law failed, counted from the start of the block, and why. Its stress and
-    /// history are those at the start of the step, turned with the material.
+    /// history are those at the start of the step, turned with the material unless the law is one of finite strain.
     pub failure: Option<(usize, LawError)>,
 }
 
@@ -111,13 +102,17 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
         let states = &mut self.states[first..first + stresses.len()];
         for (p, (stress, state)) in stresses.iter_mut().zip(states).enumerate() {
             let increment = &increments[p];
-            // Jaumann: the old stress turns with the material by the rotation of the step.
-            if increment.spin != Vector::<3>::zeros() {
+            // Jaumann: the old stress turns with the material by the rotation of the step. Laws of finite strain follow it themselves.
+            if !L::FINITE_STRAIN && increment.spin != Vector::<3>::zeros() {
                 let turn = rotation(&increment.spin);
                 *stress = stress.rotated(&turn);
                 *state = self.law.rotate_state(*state, &turn);
             }
-            match self.law.update(*stress, *state, increment.strain) {
+            let answer = match L::FINITE_STRAIN {
+                false => self.law.update(*stress, *state, increment.strain),
+                true => self.law.deform(*stress, *state, increment),
+            };
+            match answer {
                 Ok((new_stress, new_state)) if new_stress.is_finite() => {
                     let mean = (*stress + new_stress) * 0.5;
                     outcome.work += volumes[p] * mean.double_dot(increment.strain);
