@@ -12,7 +12,7 @@ use tsutsumi::tensor::{Sym3, Vector};
 use tsutsumi_reference::finite_elements::{self, FiniteElements, Newmark};
 
 use crate::fill::{PointBox, Region};
-use crate::registry::{MaterialRequest, choose, shapes, velocity_updates};
+use crate::registry::{MaterialRequest, choose, shapes, stress_orders, velocity_updates};
 use crate::simulation::{ProbeAt, Simulation};
 use crate::{BoxShape, Case, CaseError, CaseSource, Face, KeyPath, Material, PressureQuadrature, Registry, SolverKind};
 
@@ -67,7 +67,9 @@ pub fn build<const D: usize>(
     let shape = choose(source, method.clone().key("shape"), "shape function", &case.method.shape, shapes())?;
     let name = &case.method.velocity_update;
     let known = velocity_updates(&case.method);
-    let velocity_update = choose(source, method.key("velocity_update"), "velocity update", name, known)?;
+    let velocity_update = choose(source, method.clone().key("velocity_update"), "velocity update", name, known)?;
+    let name = &case.method.stress_order;
+    let stress_order = choose(source, method.key("stress_order"), "stress order", name, stress_orders())?;
     let pressure = build_pressure(case);
     let crate::Damping { local, mass } = case.method.damping;
     let damping = Damping { local, mass };
@@ -83,6 +85,7 @@ pub fn build<const D: usize>(
         gravity,
         shape,
         velocity_update,
+        stress_order,
         pressure,
         damping,
         volumetric_strain,

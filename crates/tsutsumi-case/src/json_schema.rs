@@ -10,14 +10,9 @@ use crate::key_path::{KeyPath, Segment};
 use crate::schema::Case;
 use crate::study::schema::StudyFile;
 
-/// The JSON schema of case files. The names of the laws with the schemas of their parameters, of the shape functions, of the
-/// velocity updates and of the laws of the conductivity come from the registry.
-pub fn case_schema(
-    laws: &[(&str, Value)],
-    shapes: &[&str],
-    velocity_updates: &[&str],
-    conductivity_laws: &[&str],
-) -> Value {
+/// The JSON schema of case files. What the registry knows comes from there: the laws by name with the schemas of their parameters, and the
+/// words that other keys may have, by the type of the table and the key (`("Method", "shape")`).
+pub fn case_schema(laws: &[(&str, Value)], words: &[(&str, &str, Vec<&str>)]) -> Value {
     let mut schema = CASE_KEYS.schema.clone();
     let mut definitions = Map::new();
     let conditions: Vec<_> = laws.iter().map(|(name, law)| law_condition(name, law, &mut definitions)).collect();
@@ -26,9 +21,9 @@ pub fn case_schema(
     }
     let law_names: Vec<_> = laws.iter().map(|(name, _)| *name).collect();
     restrict(&mut schema, "/$defs/Material/properties/law", &law_names);
-    restrict(&mut schema, "/$defs/Material/properties/conductivity_law", conductivity_laws);
-    restrict(&mut schema, "/$defs/Method/properties/shape", shapes);
-    restrict(&mut schema, "/$defs/Method/properties/velocity_update", velocity_updates);
+    for (table, key, words) in words {
+        restrict(&mut schema, &format!("/$defs/{table}/properties/{key}"), words);
+    }
     if let Some(all) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         all.append(&mut definitions);
     }

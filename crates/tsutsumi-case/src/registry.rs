@@ -1,6 +1,6 @@
 //! The names of the variants: the one place where a word in a case file becomes a type.
 //!
-//! A new shape function or velocity update is one line here. A law from elsewhere is added with [`Registry::law`].
+//! A new shape function, velocity update or stress order is one line here. A law from elsewhere is added with [`Registry::law`].
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -13,6 +13,7 @@ use tsutsumi::law::{
     MaterialGroup, NeoHookean, XieLeo,
 };
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
+use tsutsumi::solver::{StressFirst, StressLast, StressModifiedLast, StressOrder};
 use tsutsumi::tensor::Sym3;
 use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Apic, Flip, Mpm1, Mpm2, VelocityUpdate, Xpic};
@@ -39,6 +40,15 @@ pub fn velocity_updates<const D: usize>(method: &Method) -> Vec<(&'static str, B
         ("flip", Box::new(Flip { share: method.flip_share })),
         ("apic", Box::new(Apic::default())),
         ("xpic", Box::new(Xpic::new(method.xpic_order))),
+    ]
+}
+
+/// The orders of the stress update by name.
+pub fn stress_orders() -> Vec<(&'static str, Box<dyn StressOrder>)> {
+    vec![
+        ("last", Box::new(StressLast)),
+        ("first", Box::new(StressFirst)),
+        ("modified-last", Box::new(StressModifiedLast)),
     ]
 }
 
@@ -102,10 +112,14 @@ impl Registry {
     pub fn schema(&self) -> Value {
         let laws: Vec<(&str, Value)> =
             self.laws.iter().map(|(name, law)| (name.as_str(), law.schema.clone())).collect();
-        let shapes: Vec<&str> = shapes::<1>().iter().map(|(name, _)| *name).collect();
-        let updates: Vec<&str> = velocity_updates::<1>(&Method::default()).iter().map(|(name, _)| *name).collect();
-        let conductivity_laws: Vec<&str> = conductivity_laws().iter().map(|(name, _)| *name).collect();
-        case_schema(&laws, &shapes, &updates, &conductivity_laws)
+        let method = Method::default();
+        let words = [
+            ("Material", "conductivity_law", names(&conductivity_laws())),
+            ("Method", "shape", names(&shapes::<1>())),
+            ("Method", "velocity_update", names(&velocity_updates::<1>(&method))),
+            ("Method", "stress_order", names(&stress_orders())),
+        ];
+        case_schema(&laws, &words)
     }
 
     /// The group of a body's particles, with the law that its material names.
@@ -161,6 +175,10 @@ fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
     let conductivity_law = choose(request.source, key, "law of the conductivity", name, known)?;
     let group = Group::new(request.material, law, request.particles.clone(), request.stresses);
     Ok(Box::new(group.with_conductivity_law(conductivity_law)))
+}
+
+fn names<T>(variants: &[(&'static str, T)]) -> Vec<&'static str> {
+    variants.iter().map(|(name, _)| *name).collect()
 }
 
 /// Takes a variant out of a list by its name.

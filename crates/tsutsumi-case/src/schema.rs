@@ -117,6 +117,9 @@ pub struct Method {
     /// The order m of `"xpic"` (–): 1 is `"mpm2"`, a larger one damps less. Other updates do not use it.
     #[schemars(range(min = 1))]
     pub xpic_order: NonZeroUsize,
+    /// When in a step the stresses follow the strains: `"last"`, after the nodes have moved, as in the paper; `"first"`, before the forces;
+    /// `"modified-last"`, after the new velocities of the points have been mapped to the nodes once more (MUSL).
+    pub stress_order: String,
     /// Where the volume and storage of a pressure cell are taken from.
     pub pressure_quadrature: PressureQuadrature,
     /// The Newmark parameters of the coupled solution.
@@ -635,6 +638,7 @@ impl Default for Method {
             fluid_inertia: true,
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
+            stress_order: "last".into(),
         }
     }
 }

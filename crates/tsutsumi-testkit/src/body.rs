@@ -21,7 +21,7 @@ use tsutsumi::law::{ConstitutiveLaw, Group, LinearElastic};
 use tsutsumi::particles::{Particle, Particles};
 use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
 use tsutsumi::shape::Linear;
-use tsutsumi::solver::{Parts, Solver, StepError, VolumetricStrain};
+use tsutsumi::solver::{Parts, Solver, StepError, StressLast, StressOrder, VolumetricStrain};
 use tsutsumi::tensor::{Sym3, Vector};
 use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Mpm1, VelocityUpdate};
@@ -77,6 +77,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     gravity: f64,
     damping: Damping,
     volumetric_strain: VolumetricStrain,
+    stress_order: Box<dyn StressOrder>,
     shape: Box<dyn Transfer<D>>,
     velocity_update: Box<dyn VelocityUpdate<D>>,
     rollers: bool,
@@ -107,6 +108,7 @@ impl<const D: usize> Body<D> {
             gravity: 0.0,
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
+            stress_order: Box::new(StressLast),
             shape: Box::new(Linear),
             velocity_update: Box::new(Mpm1),
             rollers: false,
@@ -153,6 +155,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             volumetric_strain: self.volumetric_strain,
             shape: self.shape,
             velocity_update: self.velocity_update,
+            stress_order: self.stress_order,
             rollers: self.rollers,
             closed: self.closed,
             plates: self.plates,
@@ -222,6 +225,13 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
     /// The volume change of a particle is the mean of its cell.
     pub fn cell_averaged(mut self) -> Self {
         self.volumetric_strain = VolumetricStrain::CellAveraged;
+        self
+    }
+
+    /// When the stresses follow the strains; last without it.
+    #[must_use]
+    pub fn stress_order(mut self, stress_order: impl StressOrder + 'static) -> Self {
+        self.stress_order = Box::new(stress_order);
         self
     }
 
@@ -331,6 +341,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             gravity: down(self.gravity),
             shape: self.shape,
             velocity_update: self.velocity_update,
+            stress_order: self.stress_order,
             pressure,
             damping: self.damping,
             volumetric_strain: self.volumetric_strain,

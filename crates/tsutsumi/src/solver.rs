@@ -1,24 +1,27 @@
 //! One time step, in the order of the paper's algorithm, and how long it may be.
 
 mod dilation;
+mod error;
 mod limits;
+mod motion;
+mod stress_order;
 
 pub use dilation::VolumetricStrain;
+pub use error::StepError;
 pub use limits::{Governing, StepLimits};
+pub use stress_order::{NodalVelocity, Pass, StressFirst, StressLast, StressModifiedLast, StressOrder};
 
 use crate::boundary::Boundary;
 use crate::damping::Damping;
 use crate::grid::{ActiveSet, CellFields, Grid, NodeFields};
-use crate::law::{Increment, LawError, MaterialGroup};
-use crate::particles::{OutsideGrid, Particles};
-use crate::pressure::{PressureError, PressureReport, PressureScheme, StepView};
-use crate::tensor::{Vector, embed, volume_ratio};
-use crate::transfer::{Gathered, Transfer};
+use crate::law::MaterialGroup;
+use crate::particles::Particles;
+use crate::pressure::{PressureReport, PressureScheme, StepView};
+use crate::tensor::Vector;
+use crate::transfer::Transfer;
 use crate::velocity::VelocityUpdate;
-use dilation::Dilation;
-
-/// Particles handled by one virtual call: few enough for the cache, many enough to hide the call.
-const BLOCK: usize = 64;
+use error::closed_pores;
+use motion::{Followers, Motion};
 
 /// The parts that a [`Solver`] is made of. Each can be replaced by any other of its kind.
 pub struct Parts<const D: usize> {
@@ -36,6 +39,8 @@ pub struct Parts<const D: usize> {
     pub shape: Box<dyn Transfer<D>>,
     /// The velocity update: MPM①, MPM②, …
     pub velocity_update: Box<dyn VelocityUpdate<D>>,
+    /// When the stresses follow the strains.
+    pub stress_order: Box<dyn StressOrder>,
     /// The pore pressure.
     pub pressure: Box<dyn PressureScheme<D>>,
     /// The damping of the nodes' motion; off by default.
@@ -57,12 +62,8 @@ pub struct Solver<const D: usize> {
     active: ActiveSet,
     nodes: NodeFields<D>,
     cells: CellFields,
-    dilation: Dilation,
-    at_particles: Vec<Gathered<D>>,
-    increments: Vec<Increment>,
-    porosities: Vec<f64>,
+    motion: Motion<D>,
     clock: Clock,
-    strain_energy: f64,
     outflow: f64,
 }
 
@@ -98,70 +99,6 @@ impl Clock {
     }
 }
 
-/// Why a step could not be made.
-#[derive(Debug, Clone, PartialEq, thiserror::Error)]
-pub enum StepError {
-    /// A particle left the grid. The particles are those at the start of the step.
-    #[error("at t = {time:.6} s {outside}: enlarge the grid, or take a shorter step or `auto` if the run is unstable")]
-    Outside {
-        /// The time at the start of the step (s).
-        time: f64,
-        /// The particle and the grid.
-        outside: OutsideGrid,
-    },
-    /// The pressures could not be solved for. The particles are those at the start of the step.
-    #[error(transparent)]
-    Pressure(#[from] PressureError),
-    /// A law failed. The step is complete but for the stress of the failing particles, which keep their old one.
-    #[error(
-        "at t = {time:.6} s the law of material `{material}` failed in particle {particle} at {position:.4?} m: {source}"
-    )]
-    Law {
-        /// The name of the material.
-        material: String,
-        /// The first particle whose law failed.
-        particle: usize,
-        /// Its position (m).
-        position: Vec<f64>,
-        /// The time at the end of the step (s).
-        time: f64,
-        /// The law's reason.
-        source: LawError,
-    },
-    /// The grid is too narrow for the shape function.
-    #[error("the grid has {cells} cell(s) along axis {axis}, but the shape function needs {needed}")]
-    NarrowGrid {
-        /// The axis, 0 = x.
-        axis: usize,
-        /// The cells along it.
-        cells: usize,
-        /// The cells that it needs.
-        needed: usize,
-    },
-    /// A particle was pressed together beyond its pores. The step is complete.
-    #[error(
-        "at t = {time:.6} s particle {particle} at {position:.4?} m is pressed to a porosity of {porosity:.3}: its grains are \
-         incompressible; take a stiffer law, or a shorter step if the run is unstable"
-    )]
-    ClosedPores {
-        /// The first such particle.
-        particle: usize,
-        /// Its position (m).
-        position: Vec<f64>,
-        /// The porosity that follows from its volume (–).
-        porosity: f64,
-        /// The time at the end of the step (s).
-        time: f64,
-    },
-}
-
-/// The first particle whose grains leave no room for water.
-fn closed_pores<const D: usize>(particles: &Particles<D>, time: f64) -> Option<StepError> {
-    let particle = particles.porosity.iter().position(|&porosity| porosity < 0.0)?;
-    let position = particles.position[particle].iter().copied().collect();
-    Some(StepError::ClosedPores { particle, position, porosity: particles.porosity[particle], time })
-}
-
 /// What a step tells.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct StepReport {
@@ -184,20 +121,8 @@ impl<const D: usize> Solver<D> {
         let active = ActiveSet::new(&parts.grid);
         let nodes = NodeFields::new(&parts.grid);
         let cells = CellFields::new(&parts.grid);
-        let dilation = Dilation::new(parts.volumetric_strain, &parts.grid);
-        let mut solver = Solver {
-            parts,
-            active,
-            nodes,
-            cells,
-            dilation,
-            at_particles: vec![Gathered::default(); BLOCK],
-            increments: vec![Increment::default(); BLOCK],
-            porosities: vec![0.0; BLOCK],
-            clock: Clock::default(),
-            strain_energy: 0.0,
-            outflow: 0.0,
-        };
+        let motion = Motion::new(parts.volumetric_strain, &parts.grid);
+        let mut solver = Solver { parts, active, nodes, cells, motion, clock: Clock::default(), outflow: 0.0 };
         solver.locate()?;
         let Solver { parts, active, cells, clock, .. } = &mut solver;
         let Parts { grid, particles, shape, pressure, gravity, damping, .. } = parts;
@@ -216,30 +141,32 @@ impl<const D: usize> Solver<D> {
         // 2. The grid is as it was at the start; find the particles in it.
         self.locate()?;
 
-        let Solver {
-            parts,
-            active,
-            nodes,
-            cells,
-            dilation,
-            at_particles,
-            increments,
-            porosities,
-            clock,
-            strain_energy,
-            outflow,
-        } = self;
-        let Parts { grid, particles, groups, boundary, gravity, shape, velocity_update, pressure, damping, .. } = parts;
+        let Solver { parts, active, nodes, cells, motion, clock, outflow } = self;
+        let Parts {
+            grid,
+            particles,
+            groups,
+            boundary,
+            gravity,
+            shape,
+            velocity_update,
+            stress_order,
+            pressure,
+            damping,
+            ..
+        } = parts;
         let after = clock.after(dt);
         let (gravity, damping) = (*gravity, *damping);
         let at = StepView { grid, active, transfer: &**shape, gravity, damping, dt, time: after.time() };
 
         // 3. Masses and velocities of the nodes, Eq. (10); with them the force of the effective stress.
-        nodes.clear(active);
-        shape.particles_to_nodes(grid, particles, nodes);
-        velocity_update.add_momentum(grid, &**shape, particles, &mut nodes.velocity_old);
-        boundary.hold(active, nodes);
-        nodes.momentum_to_velocity(active);
+        nodes.map(&at, particles, &**velocity_update, boundary);
+        let mut failure = None;
+        for &pass in stress_order.before_forces() {
+            let followers = Followers { particles, groups, velocity_update: &**velocity_update };
+            failure = failure.or(motion.follow(pass, &at, nodes, followers));
+            nodes.map(&at, particles, &**velocity_update, boundary);
+        }
 
         // 4. Gravity and loads on the nodes: the right side of Eq. (5).
         nodes.add_gravity(active, gravity);
@@ -254,41 +181,12 @@ impl<const D: usize> Solver<D> {
         // 7. Velocities of the nodes, v_I^L.
         nodes.advance(active, dt);
         velocity_update.look_at_grid(grid, active, &**shape, nodes, particles);
-        dilation.measure(&**shape, grid, active, nodes, particles, at_particles);
 
-        let mut failure = None;
-        for group in groups {
-            let all = group.particles();
-            for start in all.clone().step_by(BLOCK) {
-                let block = start..all.end.min(start + BLOCK);
-                let at_particles = &mut at_particles[..block.len()];
-                let increments = &mut increments[..block.len()];
-
-                // 8. Strain increments from v_I^L.
-                shape.nodes_to_particles(grid, nodes, particles, block.clone(), at_particles);
-                dilation.impose(&particles.cell[block.clone()], at_particles);
-                strain_increments(at_particles, dt, increments);
-
-                // 9. Effective stresses by the constitutive law.
-                let stresses = &mut particles.stress[block.clone()];
-                let volumes = &particles.volume[block.clone()];
-                let outcome = group.update_block(start - all.start, stresses, increments, volumes);
-                *strain_energy += outcome.work;
-                if let (None, Some((p, source))) = (&failure, outcome.failure) {
-                    let particle = start + p;
-                    let position = particles.position[particle].iter().copied().collect();
-                    let material = group.name().to_owned();
-                    failure = Some(StepError::Law { material, particle, position, time: at.time, source });
-                }
-
-                // 10. Velocities of the particles, with a_I (MPM①) or v_I^L (MPM②), positions, volumes and pores.
-                velocity_update.update_block(&mut particles.velocity[block.clone()], at_particles, dt);
-                let porosities = &mut porosities[..block.len()];
-                porosities.copy_from_slice(&particles.porosity[block.clone()]);
-                particles.advance(block.clone(), at_particles, dt);
-                let conductivities = &mut particles.conductivity[block.clone()];
-                group.conductivity_law().update_block(porosities, &particles.porosity[block], conductivities);
-            }
+        // 8. Strain increments from v_I^L, 9. effective stresses by the constitutive law, 10. velocities of the particles, with a_I (MPM①)
+        // or v_I^L (MPM②), positions, volumes and pores: in the order that the stress order says.
+        for &pass in stress_order.after_motion() {
+            let followers = Followers { particles, groups, velocity_update: &**velocity_update };
+            failure = failure.or(motion.follow(pass, &at, nodes, followers));
         }
 
         // 11. Pressures of the cells back to the particles.
@@ -362,7 +260,7 @@ impl<const D: usize> Solver<D> {
 
     /// Work that the effective stress has done on the skeleton since the start (J).
     pub fn strain_energy(&self) -> f64 {
-        self.strain_energy
+        self.motion.strain_energy
     }
 
     /// Volume of water that has left through drained sides since the start (m³; m² in 2-D, m in 1-D), by Darcy's law
@@ -380,20 +278,22 @@ impl<const D: usize> Solver<D> {
     }
 }
 
-/// Step 8: strain and spin increments from the velocity gradients.
-///
-/// # Equation
-///
-/// ```text
-/// Δε = ½ (∇v + ∇vᵀ) Δt      Δω = ½ (∇v − ∇vᵀ) Δt
-/// ```
-fn strain_increments<const D: usize>(at_particles: &[Gathered<D>], dt: f64, increments: &mut [Increment]) {
-    for (at, increment) in at_particles.iter().zip(increments) {
-        *increment = Increment::of(&embed(&(at.velocity_gradient * dt)));
-    }
-}
-
 impl<const D: usize> NodeFields<D> {
+    /// Step 3: masses, velocities and the force of the effective stress.
+    fn map(
+        &mut self,
+        at: &StepView<D>,
+        particles: &Particles<D>,
+        velocity_update: &dyn VelocityUpdate<D>,
+        boundary: &Boundary<D>,
+    ) {
+        self.clear(at.active);
+        at.transfer.particles_to_nodes(at.grid, particles, self);
+        velocity_update.add_momentum(at.grid, at.transfer, particles, &mut self.velocity_old);
+        boundary.hold(at.active, self);
+        self.momentum_to_velocity(at.active);
+    }
+
     /// v_I = Σ M_p V_p N_I / m_I; zero where a support holds, one for all nodes that move as one.
     fn momentum_to_velocity(&mut self, active: &ActiveSet) {
         let mut field = std::mem::take(&mut self.velocity_old);
@@ -413,26 +313,6 @@ impl<const D: usize> NodeFields<D> {
         for &node in active.nodes() {
             let node = node as usize;
             self.velocity[node] = self.velocity_old[node] + self.acceleration[node] * dt;
-        }
-    }
-}
-
-impl<const D: usize> Particles<D> {
-    /// Moves particles with the grid, X_p ← X_p + Δt v^L(X_p), and stretches their volumes, boxes and pores.
-    ///
-    /// The grains keep their volume: (1 − n) V stays. Dry ground has n = 0 and no pores to follow.
-    fn advance(&mut self, block: std::ops::Range<usize>, at_particles: &[Gathered<D>], dt: f64) {
-        for (p, at) in block.zip(at_particles) {
-            let gradient = at.velocity_gradient * dt;
-            self.position[p] += at.velocity * dt;
-            let ratio = volume_ratio(&gradient);
-            self.volume[p] *= ratio;
-            if self.porosity[p] > 0.0 {
-                self.porosity[p] = 1.0 - (1.0 - self.porosity[p]) / ratio;
-            }
-            for axis in 0..D {
-                self.half_size[p][axis] *= 1.0 + gradient[(axis, axis)];
-            }
         }
     }
 }

@@ -10,6 +10,9 @@ use crate::particles::Particles;
 use crate::shape::{CellOnAxis, ShapeFunction, Weights};
 use crate::tensor::{Matrix, Vector};
 
+/// Particles handled by one virtual call: few enough for the cache, many enough to hide the call.
+pub(crate) const BLOCK: usize = 64;
+
 /// What a particle finds on the grid at its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Gathered<const D: usize> {
@@ -78,6 +81,16 @@ pub trait Transfer<const D: usize>: Send + Sync {
         &self,
         grid: &Grid<D>,
         nodes: &NodeFields<D>,
+        particles: &Particles<D>,
+        block: Range<usize>,
+        at_particles: &mut [Gathered<D>],
+    );
+
+    /// The gradients of a velocity field of the nodes (m/s) at the particles `block`; velocity and acceleration are left as they are.
+    fn velocity_gradients(
+        &self,
+        grid: &Grid<D>,
+        at_nodes: &[Vector<D>],
         particles: &Particles<D>,
         block: Range<usize>,
         at_particles: &mut [Gathered<D>],
@@ -329,6 +342,22 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
                 at.velocity += velocity * value;
                 at.acceleration += nodes.acceleration[node] * value;
                 at.velocity_gradient += velocity * gradient.transpose();
+            });
+        }
+    }
+
+    fn velocity_gradients(
+        &self,
+        grid: &Grid<D>,
+        at_nodes: &[Vector<D>],
+        particles: &Particles<D>,
+        block: Range<usize>,
+        at_particles: &mut [Gathered<D>],
+    ) {
+        for (p, at) in block.zip(at_particles) {
+            at.velocity_gradient = Matrix::zeros();
+            Stencil::of_particle(self, grid, particles, p).visit::<S>(|_, node, _, gradient| {
+                at.velocity_gradient += at_nodes[node] * gradient.transpose();
             });
         }
     }

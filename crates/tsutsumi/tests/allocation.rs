@@ -6,7 +6,7 @@ use std::num::NonZeroUsize;
 
 use tsutsumi::boundary::History;
 use tsutsumi::damping::Damping;
-use tsutsumi::solver::Solver;
+use tsutsumi::solver::{Solver, StressFirst, StressModifiedLast};
 use tsutsumi::tensor::Vector;
 use tsutsumi::velocity::{Apic, VelocityUpdate, Xpic};
 use tsutsumi_testkit::body::{Body, down};
@@ -32,6 +32,8 @@ fn a_loaded_layer_allocates_nothing<const D: usize>(width: usize, height: f64, i
     };
     stepping_allocates_nothing(layer().build(), iterates);
     stepping_allocates_nothing(layer().plate(top::<D>()).build(), iterates);
+    stepping_allocates_nothing(layer().stress_order(StressFirst).build(), iterates);
+    stepping_allocates_nothing(layer().stress_order(StressModifiedLast).build(), iterates);
     let damping = Damping { local: 0.7, mass: 1.0 };
     stepping_allocates_nothing(layer().plate(top::<D>()).damping(damping).cell_averaged().build(), iterates);
 }

@@ -51,6 +51,7 @@ impl NeoHookean {
 }
 
 impl ConstitutiveLaw for NeoHookean {
+    // ANCHOR: finite
     type State = LeftCauchyGreen;
     const FINITE_STRAIN: bool = true;
 
@@ -62,6 +63,7 @@ impl ConstitutiveLaw for NeoHookean {
         let stretch = state.after(motion);
         Ok((self.stress(&stretch), stretch))
     }
+    // ANCHOR_END: finite
 
     /// Along an axis of stretch √b: (λ (1 − ln J) + μ (1 + b)) / J.
     fn p_wave_modulus(&self, _stress: Sym3, stretch: &Self::State) -> f64 {

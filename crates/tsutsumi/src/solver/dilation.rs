@@ -1,8 +1,8 @@
-use super::BLOCK;
-use crate::grid::{ActiveSet, Grid, NodeFields};
+use crate::grid::Grid;
 use crate::particles::Particles;
-use crate::transfer::Gathered;
-use crate::transfer::Transfer;
+use crate::pressure::StepView;
+use crate::tensor::Vector;
+use crate::transfer::{BLOCK, Gathered};
 
 /// Where the volume change of a particle comes from.
 ///
@@ -46,34 +46,32 @@ impl Dilation {
         Dilation { rate: vec![0.0; len], volume: vec![0.0; len] }
     }
 
-    /// Sums the cells' means; `work` holds [`BLOCK`] values.
+    /// Sums the cells' means for these velocities of the nodes (m/s); `work` holds [`BLOCK`] values.
     pub(super) fn measure<const D: usize>(
         &mut self,
-        transfer: &dyn Transfer<D>,
-        grid: &Grid<D>,
-        active: &ActiveSet,
-        nodes: &NodeFields<D>,
+        at: &StepView<D>,
+        velocities: &[Vector<D>],
         particles: &Particles<D>,
         work: &mut [Gathered<D>],
     ) {
         if self.rate.is_empty() {
             return;
         }
-        for &cell in active.cells() {
+        for &cell in at.active.cells() {
             self.rate[cell as usize] = 0.0;
             self.volume[cell as usize] = 0.0;
         }
         for start in (0..particles.len()).step_by(BLOCK) {
             let block = start..particles.len().min(start + BLOCK);
             let at_particles = &mut work[..block.len()];
-            transfer.nodes_to_particles(grid, nodes, particles, block.clone(), at_particles);
-            for (p, at) in block.zip(at_particles) {
+            at.transfer.velocity_gradients(at.grid, velocities, particles, block.clone(), at_particles);
+            for (p, gathered) in block.zip(at_particles) {
                 let cell = particles.cell[p] as usize;
-                self.rate[cell] += particles.volume[p] * at.velocity_gradient.trace();
+                self.rate[cell] += particles.volume[p] * gathered.velocity_gradient.trace();
                 self.volume[cell] += particles.volume[p];
             }
         }
-        for &cell in active.cells() {
+        for &cell in at.active.cells() {
             self.rate[cell as usize] /= self.volume[cell as usize];
         }
     }
