@@ -6,13 +6,13 @@ use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, FluidLoad, History, Load}
 use tsutsumi::damping::Damping;
 use tsutsumi::grid::{Grid, Side, SideSet};
 use tsutsumi::particles::{Particle, Particles};
-use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
+use tsutsumi::pressure::{Coupled, Dry, Fluid, ParticlePressure, PressureScheme, Quadrature};
 use tsutsumi::solver::{Parts, Solver, StepError, VolumetricStrain};
 use tsutsumi::tensor::{Sym3, Vector};
 use tsutsumi_reference::finite_elements::{self, FiniteElements, Newmark};
 
 use crate::fill::{PointBox, Region};
-use crate::registry::{MaterialRequest, choose, shapes, stress_orders, velocity_updates};
+use crate::registry::{MaterialRequest, choose, particle_pressures, shapes, stress_orders, velocity_updates};
 use crate::simulation::{ProbeAt, Simulation};
 use crate::{BoxShape, Case, CaseError, CaseSource, Face, KeyPath, Material, PressureQuadrature, Registry, SolverKind};
 
@@ -69,8 +69,11 @@ pub fn build<const D: usize>(
     let known = velocity_updates(&case.method);
     let velocity_update = choose(source, method.clone().key("velocity_update"), "velocity update", name, known)?;
     let name = &case.method.stress_order;
-    let stress_order = choose(source, method.key("stress_order"), "stress order", name, stress_orders())?;
-    let pressure = build_pressure(case);
+    let stress_order = choose(source, method.clone().key("stress_order"), "stress order", name, stress_orders())?;
+    let name = &case.method.particle_pressure;
+    let key = method.key("particle_pressure");
+    let particle_pressure = choose(source, key, "particle pressure", name, particle_pressures())?;
+    let pressure = build_pressure(case, particle_pressure);
     let crate::Damping { local, mass } = case.method.damping;
     let damping = Damping { local, mass };
     let volumetric_strain = match case.method.volumetric_strain {
@@ -336,13 +339,16 @@ fn load_on_face<const D: usize>(load: &crate::Load, on: Side) -> Vector<D> {
     }
 }
 
-fn build_pressure<const D: usize>(case: &Case) -> Box<dyn PressureScheme<D>> {
+fn build_pressure<const D: usize>(
+    case: &Case,
+    particle_pressure: Box<dyn ParticlePressure<D>>,
+) -> Box<dyn PressureScheme<D>> {
     let Some(fluid) = build_fluid(case) else { return Box::new(Dry) };
     let quadrature = match case.method.pressure_quadrature {
         PressureQuadrature::Cell => Quadrature::Cell,
         PressureQuadrature::MaterialPoints => Quadrature::MaterialPoints,
     };
-    Box::new(Coupled::new(fluid, quadrature, case.method.fluid_inertia))
+    Box::new(Coupled::new(fluid, quadrature, case.method.fluid_inertia).with_particle_pressure(particle_pressure))
 }
 
 /// The points of the probes: a place for pressures, the nearest particle for displacements.

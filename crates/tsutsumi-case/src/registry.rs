@@ -12,6 +12,7 @@ use tsutsumi::law::{
     ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, Hencky, KozenyCarman, LawError, LinearElastic,
     MaterialGroup, NeoHookean, XieLeo,
 };
+use tsutsumi::pressure::{CellPressure, ParticlePressure, PressureGradient, PressureIncrement};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
 use tsutsumi::solver::{StressFirst, StressLast, StressModifiedLast, StressOrder};
 use tsutsumi::tensor::Sym3;
@@ -49,6 +50,15 @@ pub fn stress_orders() -> Vec<(&'static str, Box<dyn StressOrder>)> {
         ("last", Box::new(StressLast)),
         ("first", Box::new(StressFirst)),
         ("modified-last", Box::new(StressModifiedLast)),
+    ]
+}
+
+/// The ways of the cells' pressures back to the particles by name.
+pub fn particle_pressures<const D: usize>() -> Vec<(&'static str, Box<dyn ParticlePressure<D>>)> {
+    vec![
+        ("cell", Box::new(CellPressure)),
+        ("increment", Box::new(PressureIncrement)),
+        ("gradient", Box::new(PressureGradient::default())),
     ]
 }
 
@@ -118,6 +128,7 @@ impl Registry {
             ("Method", "shape", names(&shapes::<1>())),
             ("Method", "velocity_update", names(&velocity_updates::<1>(&method))),
             ("Method", "stress_order", names(&stress_orders())),
+            ("Method", "particle_pressure", names(&particle_pressures::<1>())),
         ];
         case_schema(&laws, &words)
     }

@@ -122,6 +122,9 @@ pub struct Method {
     pub stress_order: String,
     /// Where the volume and storage of a pressure cell are taken from.
     pub pressure_quadrature: PressureQuadrature,
+    /// How the pressure of a cell comes back to its points, who take it along into other cells: `"cell"` as it is, as in the paper;
+    /// `"increment"`, its change in the step; `"gradient"`, with the slope between the neighbours. For ground that moves through cells.
+    pub particle_pressure: String,
     /// The Newmark parameters of the coupled solution.
     pub newmark: Newmark,
     /// Whether the acceleration of the mixture enters Darcy's law.
@@ -639,6 +642,7 @@ impl Default for Method {
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
             stress_order: "last".into(),
+            particle_pressure: "cell".into(),
         }
     }
 }

@@ -19,7 +19,7 @@ use tsutsumi::damping::Damping;
 use tsutsumi::grid::{Grid, Side};
 use tsutsumi::law::{ConstitutiveLaw, Group, LinearElastic};
 use tsutsumi::particles::{Particle, Particles};
-use tsutsumi::pressure::{Coupled, Dry, Fluid, PressureScheme, Quadrature};
+use tsutsumi::pressure::{CellPressure, Coupled, Dry, Fluid, ParticlePressure, PressureScheme, Quadrature};
 use tsutsumi::shape::Linear;
 use tsutsumi::solver::{Parts, Solver, StepError, StressLast, StressOrder, VolumetricStrain};
 use tsutsumi::tensor::{Sym3, Vector};
@@ -78,6 +78,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     damping: Damping,
     volumetric_strain: VolumetricStrain,
     stress_order: Box<dyn StressOrder>,
+    particle_pressure: Box<dyn ParticlePressure<D>>,
     shape: Box<dyn Transfer<D>>,
     velocity_update: Box<dyn VelocityUpdate<D>>,
     rollers: bool,
@@ -109,6 +110,7 @@ impl<const D: usize> Body<D> {
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
             stress_order: Box::new(StressLast),
+            particle_pressure: Box::new(CellPressure),
             shape: Box::new(Linear),
             velocity_update: Box::new(Mpm1),
             rollers: false,
@@ -156,6 +158,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             shape: self.shape,
             velocity_update: self.velocity_update,
             stress_order: self.stress_order,
+            particle_pressure: self.particle_pressure,
             rollers: self.rollers,
             closed: self.closed,
             plates: self.plates,
@@ -225,6 +228,13 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
     /// The volume change of a particle is the mean of its cell.
     pub fn cell_averaged(mut self) -> Self {
         self.volumetric_strain = VolumetricStrain::CellAveraged;
+        self
+    }
+
+    /// How the cells' pressures come back to the particles; as in the paper without it.
+    #[must_use]
+    pub fn particle_pressure(mut self, particle_pressure: impl ParticlePressure<D> + 'static) -> Self {
+        self.particle_pressure = Box::new(particle_pressure);
         self
     }
 
@@ -329,7 +339,9 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         let particles = self.particles();
         let boundary = self.boundary(&particles);
         let pressure: Box<dyn PressureScheme<D>> = match self.fluid {
-            Some(fluid) => Box::new(Coupled::new(fluid, self.quadrature, self.fluid_inertia)),
+            Some(fluid) => Box::new(
+                Coupled::new(fluid, self.quadrature, self.fluid_inertia).with_particle_pressure(self.particle_pressure),
+            ),
             None => Box::new(Dry),
         };
         let group = Group::new("soil", self.law, 0..particles.len(), &particles.stress);

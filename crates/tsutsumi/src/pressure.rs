@@ -8,10 +8,12 @@ mod coupled;
 mod dry;
 mod envelope;
 mod geometry;
+mod particle_pressure;
 mod tied;
 
 pub use coupled::{Coupled, Fluid, Quadrature};
 pub use dry::Dry;
+pub use particle_pressure::{CellPressure, ParticlePressure, PressureGradient, PressureIncrement};
 
 use std::ops::Range;
 
@@ -117,7 +119,7 @@ pub trait PressureScheme<const D: usize>: Send {
     ) -> Result<PressureReport, PressureError>;
 
     /// Step 11: the cells' pressures back to the particles.
-    fn cells_to_particles(&self, at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>);
+    fn cells_to_particles(&mut self, at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>);
 
     /// The time step limit (s) of compression that the water takes part in, for the particles `group`; `None` without
     /// water: then the drained wave speed governs.

@@ -3,6 +3,7 @@ use std::ops::Range;
 use super::conjugate_gradient::{Breakdown, ConjugateGradient};
 use super::envelope::Envelope;
 use super::geometry::{FilledBox, fill_boxes, smallest_fill};
+use super::particle_pressure::{CellPressure, ParticlePressure};
 use super::tied::TiedCells;
 use super::{PressureError, PressureReport, PressureScheme, StepView};
 use crate::grid::{CellFields, NodeFields, Side, SideSet};
@@ -69,6 +70,7 @@ pub struct Coupled<const D: usize> {
     fluid: Fluid,
     quadrature: Quadrature,
     fluid_inertia: bool,
+    particle_pressure: Box<dyn ParticlePressure<D>>,
     topology: Topology,
     /// K_v of every active cell, one stencil after the other.
     divergence: Vec<Vector<D>>,
@@ -140,6 +142,7 @@ impl<const D: usize> Coupled<D> {
             fluid,
             quadrature,
             fluid_inertia,
+            particle_pressure: Box::new(CellPressure),
             topology: Topology::default(),
             divergence: Vec::new(),
             boxes: Vec::new(),
@@ -157,6 +160,14 @@ impl<const D: usize> Coupled<D> {
             rows: Vec::new(),
             nodal: Vec::new(),
         }
+    }
+
+    /// The same scheme with another way for the cells' pressures to come back to the particles; it starts with the paper's,
+    /// [`CellPressure`].
+    #[must_use]
+    pub fn with_particle_pressure(mut self, particle_pressure: Box<dyn ParticlePressure<D>>) -> Self {
+        self.particle_pressure = particle_pressure;
+        self
     }
 
     /// Rebuilds what depends on which cells are active.
@@ -636,10 +647,8 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
         Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })
     }
 
-    fn cells_to_particles(&self, _at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>) {
-        for (pressure, &cell) in particles.pressure.iter_mut().zip(&particles.cell) {
-            *pressure = cells.pressure[cell as usize];
-        }
+    fn cells_to_particles(&mut self, at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>) {
+        self.particle_pressure.cells_to_particles(at, cells, particles);
     }
 
     /// Explicit skeleton, implicit water, γ = 1:

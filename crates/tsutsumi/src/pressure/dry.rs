@@ -36,7 +36,7 @@ impl<const D: usize> PressureScheme<D> for Dry {
         Ok(PressureReport::default())
     }
 
-    fn cells_to_particles(&self, _at: &StepView<D>, _cells: &CellFields, _particles: &mut Particles<D>) {}
+    fn cells_to_particles(&mut self, _at: &StepView<D>, _cells: &CellFields, _particles: &mut Particles<D>) {}
 
     fn consolidation_limit(
         &self,
