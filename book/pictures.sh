@@ -48,5 +48,8 @@ picture xie-leo xie-leo xie-leo
 "${tsutsumi[@]}" run book/cases/half-loaded.toml --out "$results/half-loaded" --quiet
 picture half-loaded particles half-loaded-particles
 
+"${tsutsumi[@]}" run paper-cases/slump/case.toml --set method.particle_pressure=gradient --out "$results/slump" --quiet
+picture slump particles slump
+
 "${my_law[@]}" run examples/my-law/case.toml --out "$results/my-law" --quiet
 for figure in settlement pressure particles-peak; do picture my-law "$figure" "my-law-$figure"; done
