@@ -432,7 +432,7 @@ impl<const D: usize> FiniteElements<D> {
         let at_points = self.gather(Gathering::Displacement);
         let velocities = self.gather(Gathering::Velocity);
         let increments: Vec<Increment> =
-            at_points.iter().map(|at| Increment { strain: strain_of(at), spin: Vector::zeros() }).collect();
+            at_points.iter().map(|at| Increment { strain: strain_of(at), ..Increment::default() }).collect();
         let points = &mut self.parts.points;
         for group in &mut self.parts.groups {
             let range = group.particles();

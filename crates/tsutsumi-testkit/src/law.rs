@@ -250,7 +250,7 @@ impl LawPath {
         let spin = axis * (std::f64::consts::TAU / STEPS_OF_A_TURN as f64);
         let turn = rotation(&spin);
         let motion = match L::FINITE_STRAIN {
-            false => Increment { strain: Sym3::ZERO, spin },
+            false => Increment { spin, ..Increment::default() },
             true => Increment::of(&(turn - Matrix3::identity())),
         };
         let (mut stress, mut state, mut turned) = (point.stress, point.state, point.stress);

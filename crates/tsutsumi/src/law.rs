@@ -26,19 +26,36 @@ use serde::de::DeserializeOwned;
 use crate::tensor::{Matrix3, Matrix6, Sym3, Vector, rotation, spin};
 
 /// How a material point moves in one step: the gradient ∇u of the displacement over the place at the start of the step, in two parts.
-#[derive(Debug, Clone, Copy, Default, PartialEq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Increment {
     /// The strain increment Δε = ½ (∇u + ∇uᵀ) (–).
     pub strain: Sym3,
     /// The axial vector of the spin increment ½ (∇u − ∇uᵀ) (rad).
     pub spin: Vector<3>,
+    /// How long it takes (s); infinite where time plays no part.
+    pub duration: f64,
+}
+
+/// No motion, and all the time in the world for it.
+impl Default for Increment {
+    fn default() -> Self {
+        Increment { strain: Sym3::ZERO, spin: Vector::zeros(), duration: f64::INFINITY }
+    }
 }
 
 impl Increment {
-    /// The two parts of a displacement gradient ∇u.
+    /// The two parts of a displacement gradient ∇u, without a duration.
     #[inline(always)]
     pub fn of(displacement_gradient: &Matrix3) -> Self {
-        Increment { strain: Sym3::symmetric_part(displacement_gradient), spin: spin(displacement_gradient) }
+        let (strain, spin) = (Sym3::symmetric_part(displacement_gradient), spin(displacement_gradient));
+        Increment { strain, spin, duration: f64::INFINITY }
+    }
+
+    /// The same motion within this time (s).
+    #[inline(always)]
+    #[must_use]
+    pub fn within(self, duration: f64) -> Self {
+        Increment { duration, ..self }
     }
 
     /// The displacement gradient ∇u; I + ∇u is the deformation gradient of the step.
@@ -105,7 +122,24 @@ pub trait ConstitutiveLaw: Send + Sync + 'static {
     #[inline(always)]
     fn deform(&self, stress: Sym3, state: Self::State, motion: &Increment) -> Result<(Sym3, Self::State), LawError> {
         let turn = rotation(&motion.spin);
-        self.update(stress.rotated(&turn), self.rotate_state(state, &turn), motion.strain)
+        self.update_within(stress.rotated(&turn), self.rotate_state(state, &turn), motion.strain, motion.duration)
+    }
+
+    /// The same as [`update`](Self::update), for laws to which it matters how long the step takes (s): viscous fluids, rate-dependent soils.
+    ///
+    /// Without an implementation time plays no part. A law that has one answers `update` as if the step took for ever.
+    ///
+    /// # Errors
+    /// Those of [`update`](Self::update).
+    #[inline(always)]
+    fn update_within(
+        &self,
+        stress: Sym3,
+        state: Self::State,
+        strain: Sym3,
+        _duration: f64,
+    ) -> Result<(Sym3, Self::State), LawError> {
+        self.update(stress, state, strain)
     }
 
     /// The largest stiffness against a compression wave (Pa): limits the time step.

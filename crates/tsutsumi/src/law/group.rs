@@ -109,7 +109,7 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
                 *state = self.law.rotate_state(*state, &turn);
             }
             let answer = match L::FINITE_STRAIN {
-                false => self.law.update(*stress, *state, increment.strain),
+                false => self.law.update_within(*stress, *state, increment.strain, increment.duration),
                 true => self.law.deform(*stress, *state, increment),
             };
             match answer {

@@ -143,7 +143,7 @@ impl<const D: usize> Motion<D> {
 /// ```
 fn strain_increments<const D: usize>(at_particles: &[Gathered<D>], dt: f64, increments: &mut [Increment]) {
     for (at, increment) in at_particles.iter().zip(increments) {
-        *increment = Increment::of(&embed(&(at.velocity_gradient * dt)));
+        *increment = Increment::of(&embed(&(at.velocity_gradient * dt))).within(dt);
     }
 }
 
