@@ -108,8 +108,9 @@ pub struct Method {
     /// `"bspline2"` and `"bspline3"`. All but `"linear"` need three cells along each axis.
     pub shape: String,
     /// How particle velocities follow the grid: `"mpm1"` by the nodal acceleration, `"mpm2"` by the nodal velocity, `"flip"` by a
-    /// blend of the two, `"apic"` by the nodal velocity and how it varies around them, `"xpic"` by the nodal acceleration, with a
-    /// filter for what the grid cannot see.
+    /// blend of the two, `"apic"` by the nodal velocity and how it varies around them, `"tpic"` by the nodal velocity and its
+    /// gradient, `"xpic"` by the nodal acceleration, with a filter for what the grid cannot see, `"fmpm"` by the nodal velocity of a
+    /// full mass matrix.
     pub velocity_update: String,
     /// The share of `"mpm1"` in `"flip"` (–); the rest is `"mpm2"`. Other updates do not use it.
     #[schemars(range(min = 0, max = 1))]
@@ -117,6 +118,9 @@ pub struct Method {
     /// The order m of `"xpic"` (–): 1 is `"mpm2"`, a larger one damps less. Other updates do not use it.
     #[schemars(range(min = 1))]
     pub xpic_order: NonZeroUsize,
+    /// The order k of `"fmpm"` (–): 1 is `"mpm2"`, a larger one damps less. Other updates do not use it.
+    #[schemars(range(min = 1))]
+    pub fmpm_order: NonZeroUsize,
     /// Where the volume and storage of a pressure cell are taken from.
     pub pressure_quadrature: PressureQuadrature,
     /// The Newmark parameters of the coupled solution.
@@ -630,6 +634,7 @@ impl Default for Method {
             velocity_update: "mpm1".to_owned(),
             flip_share: 0.95,
             xpic_order: const { NonZeroUsize::new(5).unwrap() },
+            fmpm_order: const { NonZeroUsize::new(4).unwrap() },
             pressure_quadrature: PressureQuadrature::default(),
             newmark: Newmark::default(),
             fluid_inertia: true,

@@ -15,7 +15,7 @@ use tsutsumi::law::LinearElastic;
 use tsutsumi::shape::Gimp;
 use tsutsumi::solver::Solver;
 use tsutsumi::tensor::Vector;
-use tsutsumi::velocity::{Apic, Flip, Mpm1, Mpm2, VelocityUpdate, Xpic};
+use tsutsumi::velocity::{Apic, Flip, Fmpm, Mpm1, Mpm2, Tpic, VelocityUpdate, Xpic};
 use tsutsumi_reference::elastic_column::{BarEnds, VibratingBar};
 use tsutsumi_testkit::body::{Body, down};
 use tsutsumi_testkit::compare::assert_close;
@@ -29,12 +29,23 @@ enum Update {
     Mpm2,
     Flip(f64),
     Apic,
+    Tpic,
     Xpic(usize),
+    Fmpm(usize),
 }
 
 impl Update {
-    const ALL: [Update; 6] =
-        [Update::Mpm1, Update::Mpm2, Update::Flip(0.95), Update::Apic, Update::Xpic(2), Update::Xpic(5)];
+    const ALL: [Update; 9] = [
+        Update::Mpm1,
+        Update::Mpm2,
+        Update::Flip(0.95),
+        Update::Apic,
+        Update::Tpic,
+        Update::Xpic(2),
+        Update::Xpic(5),
+        Update::Fmpm(2),
+        Update::Fmpm(4),
+    ];
 
     fn of<const D: usize>(self, body: Body<D>) -> Solver<D> {
         fn with<const D: usize>(body: Body<D>, update: impl VelocityUpdate<D> + 'static) -> Solver<D> {
@@ -45,7 +56,9 @@ impl Update {
             Update::Mpm2 => with(body, Mpm2),
             Update::Flip(share) => with(body, Flip { share }),
             Update::Apic => with(body, Apic::default()),
+            Update::Tpic => with(body, Tpic::default()),
             Update::Xpic(order) => with(body, Xpic::new(NonZeroUsize::new(order).unwrap())),
+            Update::Fmpm(order) => with(body, Fmpm::new(NonZeroUsize::new(order).unwrap())),
         }
     }
 }
