@@ -231,9 +231,21 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         self
     }
 
+    /// A velocity update chosen at run time.
+    pub fn boxed_velocity_update(mut self, velocity_update: Box<dyn VelocityUpdate<D>>) -> Self {
+        self.velocity_update = velocity_update;
+        self
+    }
+
     /// The shape function; it starts with the linear one.
     pub fn shape(mut self, shape: impl Transfer<D> + 'static) -> Self {
         self.shape = Box::new(shape);
+        self
+    }
+
+    /// A shape function chosen at run time.
+    pub fn boxed_shape(mut self, shape: Box<dyn Transfer<D>>) -> Self {
+        self.shape = shape;
         self
     }
 
