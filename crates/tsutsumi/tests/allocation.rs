@@ -8,7 +8,7 @@ use tsutsumi::boundary::History;
 use tsutsumi::damping::Damping;
 use tsutsumi::solver::Solver;
 use tsutsumi::tensor::Vector;
-use tsutsumi::velocity::{Apic, VelocityUpdate, Xpic};
+use tsutsumi::velocity::{Apic, Fmpm, Tpic, VelocityUpdate, Xpic};
 use tsutsumi_testkit::body::{Body, down};
 use tsutsumi_testkit::reading::{run, top};
 
@@ -82,13 +82,12 @@ fn a_flying_wet_body_allocates_nothing_in_1d_2d_and_3d() {
 }
 
 /// A flying body with an update that makes passes of its own.
-fn an_update_allocates_nothing(update: impl VelocityUpdate<2> + 'static) {
+fn an_update_allocates_nothing(update: impl VelocityUpdate<2> + 'static, dry: bool) {
     let body = Body::<2>::free(Vector::repeat(0.75), Vector::repeat(3.25), 1.0, [12; 2])
-        .dry()
         .particles_per_cell([4; 2])
         .velocity(|_| Vector::from_fn(|axis, _| [20.0, 19.0][axis]))
         .velocity_update(update);
-    let mut solver = body.build();
+    let mut solver = if dry { body.dry() } else { body }.build();
     let dt = 2.5e-4;
     run(&mut solver, dt, 400).unwrap();
     assert_eq!(allocations(&mut solver, dt, 600), 0);
@@ -96,6 +95,11 @@ fn an_update_allocates_nothing(update: impl VelocityUpdate<2> + 'static) {
 
 #[test]
 fn updates_with_passes_of_their_own_allocate_nothing() {
-    an_update_allocates_nothing(Apic::default());
-    an_update_allocates_nothing(Xpic::new(NonZeroUsize::new(5).unwrap()));
+    let order = NonZeroUsize::new(5).unwrap();
+    for dry in [true, false] {
+        an_update_allocates_nothing(Apic::default(), dry);
+        an_update_allocates_nothing(Tpic::default(), dry);
+        an_update_allocates_nothing(Xpic::new(order), dry);
+        an_update_allocates_nothing(Fmpm::new(order), dry);
+    }
 }
