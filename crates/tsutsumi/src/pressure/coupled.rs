@@ -180,11 +180,15 @@ impl<const D: usize> Coupled<D> {
         for work in [&mut self.diagonal, &mut self.right, &mut self.solution, &mut self.rows] {
             work.resize(size, 0.0);
         }
-        // Capacity for the most there can be, so that later steps do not allocate.
+        // Capacity for the most that so many cells can need, so that later steps do not allocate. All are filled anew below.
+        self.boxes.clear();
         self.boxes.reserve(size);
+        self.cells.clear();
         self.cells.reserve(size);
-        self.inner.reserve(self.topology.faces.len());
-        self.drains.reserve(self.topology.open.len());
+        self.inner.clear();
+        self.inner.reserve(D * size);
+        self.drains.clear();
+        self.drains.reserve(2 * D * size);
         if self.topology.direct {
             self.matrix.set_shape(self.topology.first_column.iter().copied());
         }
@@ -456,6 +460,9 @@ impl Topology {
         self.stencils.clear();
         self.faces.clear();
         self.open.clear();
+        // As many as so many cells can have, wherever they are.
+        self.faces.reserve(D * at.active.cells().len());
+        self.open.reserve(2 * D * at.active.cells().len());
         for (slot, &cell) in at.active.cells().iter().enumerate() {
             let cell = cell as usize;
             at.transfer.visit_stencil(at.grid, cell, &mut |node| self.stencils.push(node as u32));
