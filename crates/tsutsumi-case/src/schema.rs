@@ -152,7 +152,7 @@ pub enum PressureQuadrature {
     /// The whole cell, as in the paper.
     #[default]
     Cell,
-    /// The material points in the cell: better where a surface moves through cells.
+    /// The material points in the cell: better where a surface moves through cells, and with B-splines.
     MaterialPoints,
 }
 

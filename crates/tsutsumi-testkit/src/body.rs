@@ -87,6 +87,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     stress: Field<Sym3, D>,
     pressure: Field<f64, D>,
     velocity: Field<Vector<D>, D>,
+    moved: Field<Vector<D>, D>,
 }
 
 impl<const D: usize> Body<D> {
@@ -117,6 +118,7 @@ impl<const D: usize> Body<D> {
             stress: Box::new(|_| Sym3::ZERO),
             pressure: Box::new(|_| 0.0),
             velocity: Box::new(|_| Vector::zeros()),
+            moved: Box::new(|position| position),
         }
     }
 
@@ -161,6 +163,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             stress: self.stress,
             pressure: self.pressure,
             velocity: self.velocity,
+            moved: self.moved,
         }
     }
 
@@ -317,6 +320,12 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         self
     }
 
+    /// Puts particles elsewhere than at the centres of their boxes (m), where all other fields are taken.
+    pub fn moved(mut self, moved: impl Fn(Vector<D>) -> Vector<D> + 'static) -> Self {
+        self.moved = Box::new(moved);
+        self
+    }
+
     /// The body on its grid.
     #[expect(clippy::expect_used, reason = "a testkit reports by panicking")]
     pub fn build(self) -> Solver<D> {
@@ -366,7 +375,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
                 self.from[axis] + size[axis] * (index as f64 + 0.5)
             });
             particles.push(Particle {
-                position,
+                position: (self.moved)(position),
                 half_size: size * 0.5,
                 velocity: (self.velocity)(position),
                 density: self.density,

@@ -24,6 +24,9 @@ pub struct Fluid {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quadrature {
     /// Over the whole cell, as in the paper. Exact while the surface of the body is on a grid line.
+    ///
+    /// K_v is an integral then, and the masses stay sums over the particles. With linear functions and boxes the two agree as long
+    /// as the particles stand evenly in their cells; with splines they differ next to the ends of the grid by the error of the sums.
     Cell,
     /// Over the material points in the cell: right too where the surface is inside a cell.
     MaterialPoints,
