@@ -160,6 +160,7 @@ const BAD_CASES: &[(&str, Edits)] = &[
     ("gamma and beta", &[("beta = 0.5, gamma = 1.0", "beta = 1.6, gamma = 0.5")]),
     ("share of FLIP above 1", &[("velocity_update = \"mpm1\"", "velocity_update = \"flip\"\nflip_share = 95.0")]),
     ("order zero of XPIC", &[("velocity_update = \"mpm1\"", "velocity_update = \"xpic\"\nxpic_order = 0")]),
+    ("negative order of FMPM", &[("velocity_update = \"mpm1\"", "velocity_update = \"fmpm\"\nfmpm_order = -4")]),
     ("porosity in percent", &[("porosity = 0.4", "porosity = 40")]),
     ("porosity and conductivity missing", &[("porosity = 0.4", ""), ("conductivity = 5.52e-5", "")]),
     ("mixture lighter than its water", &[("density = 1500.0", "density = 300.0")]),

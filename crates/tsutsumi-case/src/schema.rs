@@ -108,8 +108,9 @@ pub struct Method {
     /// `"bspline2"` and `"bspline3"`. All but `"linear"` need three cells along each axis.
     pub shape: String,
     /// How particle velocities follow the grid: `"mpm1"` by the nodal acceleration, `"mpm2"` by the nodal velocity, `"flip"` by a
-    /// blend of the two, `"apic"` by the nodal velocity and how it varies around them, `"xpic"` by the nodal acceleration, with a
-    /// filter for what the grid cannot see.
+    /// blend of the two, `"apic"` by the nodal velocity and how it varies around them, `"tpic"` by the nodal velocity and its
+    /// gradient, `"xpic"` by the nodal acceleration, with a filter for what the grid cannot see, `"fmpm"` by the nodal velocity of a
+    /// full mass matrix.
     pub velocity_update: String,
     /// The share of `"mpm1"` in `"flip"` (–); the rest is `"mpm2"`. Other updates do not use it.
     #[schemars(range(min = 0, max = 1))]
@@ -120,6 +121,9 @@ pub struct Method {
     /// When in a step the stresses follow the strains: `"last"`, after the nodes have moved, as in the paper; `"first"`, before the forces;
     /// `"modified-last"`, after the new velocities of the points have been mapped to the nodes once more (MUSL).
     pub stress_order: String,
+    /// The order k of `"fmpm"` (–): 1 is `"mpm2"`, a larger one damps less. Other updates do not use it.
+    #[schemars(range(min = 1))]
+    pub fmpm_order: NonZeroUsize,
     /// Where the volume and storage of a pressure cell are taken from.
     pub pressure_quadrature: PressureQuadrature,
     /// How the pressure of a cell comes back to its points, who take it along into other cells: `"cell"` as it is, as in the paper;
@@ -154,7 +158,7 @@ pub enum PressureQuadrature {
     /// The whole cell, as in the paper.
     #[default]
     Cell,
-    /// The material points in the cell: better where a surface moves through cells.
+    /// The material points in the cell: better where a surface moves through cells, and with B-splines.
     MaterialPoints,
 }
 
@@ -636,6 +640,7 @@ impl Default for Method {
             velocity_update: "mpm1".to_owned(),
             flip_share: 0.95,
             xpic_order: const { NonZeroUsize::new(5).unwrap() },
+            fmpm_order: const { NonZeroUsize::new(4).unwrap() },
             pressure_quadrature: PressureQuadrature::default(),
             newmark: Newmark::default(),
             fluid_inertia: true,

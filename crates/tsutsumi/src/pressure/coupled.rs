@@ -25,6 +25,9 @@ pub struct Fluid {
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Quadrature {
     /// Over the whole cell, as in the paper. Exact while the surface of the body is on a grid line.
+    ///
+    /// K_v is an integral then, and the masses stay sums over the particles. With linear functions and boxes the two agree as long
+    /// as the particles stand evenly in their cells; with splines they differ next to the ends of the grid by the error of the sums.
     Cell,
     /// Over the material points in the cell: right too where the surface is inside a cell.
     MaterialPoints,
@@ -191,11 +194,15 @@ impl<const D: usize> Coupled<D> {
         for work in [&mut self.diagonal, &mut self.right, &mut self.solution, &mut self.rows] {
             work.resize(size, 0.0);
         }
-        // Capacity for the most there can be, so that later steps do not allocate.
+        // Capacity for the most that so many cells can need, so that later steps do not allocate. All are filled anew below.
+        self.boxes.clear();
         self.boxes.reserve(size);
+        self.cells.clear();
         self.cells.reserve(size);
-        self.inner.reserve(self.topology.faces.len());
-        self.drains.reserve(self.topology.open.len());
+        self.inner.clear();
+        self.inner.reserve(D * size);
+        self.drains.clear();
+        self.drains.reserve(2 * D * size);
         if self.topology.direct {
             self.matrix.set_shape(self.topology.first_column.iter().copied());
         }
@@ -467,6 +474,9 @@ impl Topology {
         self.stencils.clear();
         self.faces.clear();
         self.open.clear();
+        // As many as so many cells can have, wherever they are.
+        self.faces.reserve(D * at.active.cells().len());
+        self.open.reserve(2 * D * at.active.cells().len());
         for (slot, &cell) in at.active.cells().iter().enumerate() {
             let cell = cell as usize;
             at.transfer.visit_stencil(at.grid, cell, &mut |node| self.stencils.push(node as u32));
