@@ -8,5 +8,6 @@ mod curves;
 mod mandel;
 mod poroelastic_column;
 mod study;
+mod variants;
 mod waves;
 mod xie_leo;
