@@ -339,7 +339,8 @@ fn build_pressure<const D: usize>(case: &Case) -> Box<dyn PressureScheme<D>> {
         PressureQuadrature::Cell => Quadrature::Cell,
         PressureQuadrature::MaterialPoints => Quadrature::MaterialPoints,
     };
-    Box::new(Coupled::new(fluid, quadrature, case.method.fluid_inertia))
+    let scheme = Coupled::new(fluid, quadrature, case.method.fluid_inertia);
+    Box::new(scheme.stabilised(case.method.pressure_stabilisation))
 }
 
 /// The points of the probes: a place for pressures, the nearest particle for displacements.

@@ -392,6 +392,8 @@ fn bad_overrides_are_explained() {
         &["dimension=3"],
         &["grid={ origin = [0, 0], spacing = [1, 1] }"],
         &["materials.soil.parameters.young=\"stiff\""],
+        &["method.pressure_stabilisation=-1"],
+        &["method.solver=fem", "method.pressure_stabilisation=30"],
         &["method.damping.local=1"],
         &["method.damping={ local = -0.1, mass = -2.0 }"],
         &["method.solver=fem", "method.damping.local=0.7"],

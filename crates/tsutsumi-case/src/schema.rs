@@ -123,6 +123,10 @@ pub struct Method {
     pub newmark: Newmark,
     /// Whether the acceleration of the mixture enters Darcy's law.
     pub fluid_inertia: bool,
+    /// Stabilisation of the pressure (–): in a checkerboard the water is 1 + 16 times this number as compressible as elsewhere. 0, by
+    /// default, is none; 30 is recommended for nearly impermeable ground whose cells show a checkerboard.
+    #[schemars(range(min = 0))]
+    pub pressure_stabilisation: f64,
     /// Damping, for problems of which only the state of rest is wanted. None by default.
     pub damping: Damping,
     /// Where the volume change of a material point comes from: `"cell-averaged"` against locking of nearly incompressible ground.
@@ -633,6 +637,7 @@ impl Default for Method {
             pressure_quadrature: PressureQuadrature::default(),
             newmark: Newmark::default(),
             fluid_inertia: true,
+            pressure_stabilisation: 0.0,
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
         }

@@ -219,6 +219,7 @@ impl<'a> Checks<'a> {
             let message = format!("`method.flip_share` must be between 0 and 1, not {}", number(share));
             self.report("method.flip_share", message, "1 is `mpm1`, 0 is `mpm2`");
         }
+        self.pressure_stabilisation();
         self.damping();
         self.volumetric_strain();
         if self.case.method.solver == SolverKind::Fem {
@@ -227,6 +228,18 @@ impl<'a> Checks<'a> {
             let message = format!("`method.newmark.gamma` must be 1, not {}", number(gamma));
             let help = "any other value needs the acceleration at the beginning of the step, which material points do not carry";
             self.report("method.newmark.gamma", message, help);
+        }
+    }
+
+    fn pressure_stabilisation(&mut self) {
+        let softening = self.case.method.pressure_stabilisation;
+        let key = "method.pressure_stabilisation";
+        if !(softening >= 0.0 && softening.is_finite()) {
+            let message = format!("`{key}` must be a finite number, 0 or more, not {}", number(softening));
+            self.report(key, message, "0 is none, 30 is recommended where the pressure shows a checkerboard");
+        } else if softening > 0.0 && self.case.method.solver == SolverKind::Fem {
+            let help = format!("take `{key}` out, or take `method.solver` = \"mpm\"");
+            self.report(key, "finite elements have no stabilisation of the pressure", help);
         }
     }
 

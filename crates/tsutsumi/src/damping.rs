@@ -7,12 +7,12 @@ use crate::grid::{ActiveSet, NodeFields};
 /// # Equation
 ///
 /// ```text
-/// f_I ← f_I − α_l |r_I| sgn(v_I) − α_m m_I v_I        r_I = f_I + K_v p_w|t,  along each axis
+/// f_I ← f_I − α_l |r_I| sgn(v_I) − α_m m_I v_I        r_I = f_I + K_v p_w*,  along each axis
 /// ```
 ///
-/// `r` is the force out of balance at the start of the step: effective stress, gravity and loads *with* the pore pressure, which
-/// carries a large part of them in saturated ground. The resistance is added before the pressures are solved for, so that the
-/// balance of the water stays exact. Nodes that move as one have one `r`, the sum over them.
+/// `r` is the force out of balance, m_I a_I of the step without damping: effective stress, gravity and loads *with* the pore pressure
+/// p_w* of that step, which carries a large part of them in saturated ground. The pressures are solved for once more with the
+/// resistance, so that the balance of the water stays exact. Nodes that move as one have one `r`, the sum over them.
 ///
 /// - `local` turns a part of the force out of balance against the motion. It has no frequency: all modes come to rest in a few
 ///   periods of their own, an oscillator loses √((1−α)/(1+α)) of its amplitude in half a period. The weight of a body that
@@ -38,6 +38,11 @@ impl Damping {
         self.local == 0.0 && self.mass == 0.0
     }
 
+    /// True when the resistance depends on the force out of balance.
+    pub(crate) fn needs_force_out_of_balance(&self) -> bool {
+        self.local > 0.0
+    }
+
     /// Adds the resistance to the nodes' forces. The force out of balance (N) stands in `acceleration`, which is used up.
     pub(crate) fn resist<const D: usize>(&self, active: &ActiveSet, nodes: &mut NodeFields<D>) {
         let NodeFields { mass, velocity_old, acceleration, force, ties, .. } = nodes;
@@ -58,6 +63,30 @@ impl Damping {
                     self.local * acceleration[node][axis].abs() * direction + self.mass * mass[node] * velocity;
             }
         }
+    }
+
+    /// The longest stable step (s) of consolidation that is stable up to `undamped` (s) without damping; see
+    /// [`Coupled`](crate::pressure::Coupled)'s limit. `rate` is r (1/s), `tau` τ (s), `inertia` T = k ρ/γ_w (s).
+    pub(crate) fn shorten_consolidation(&self, undamped: f64, rate: f64, tau: f64, inertia: f64) -> f64 {
+        let resisted = |dt: f64| self.local * inertia / (tau + dt);
+        let stable = |dt: f64| {
+            let left = tau - dt * (inertia * self.mass + resisted(dt));
+            rate * dt * dt * (1.0 + resisted(dt)) <= 2.0 * (tau + dt) + 2.0 * left.min(0.0)
+        };
+        if self.is_off() || stable(undamped) {
+            return undamped;
+        }
+        // Bisection to the last bits: short steps are stable.
+        let (mut lower, mut upper) = (0.0, undamped);
+        for _ in 0..60 {
+            let middle = 0.5 * (lower + upper);
+            if stable(middle) {
+                lower = middle;
+            } else {
+                upper = middle;
+            }
+        }
+        lower
     }
 
     /// The longest stable step (s) of what is stable up to `undamped` (s) without damping.

@@ -42,6 +42,9 @@ impl fmt::Display for Governing {
 ///
 /// With the volume change averaged over cells, the hourglass limit of linear shape functions has 2 G (1 − 1/D) for E_oed.
 ///
+/// A stabilised checkerboard lets the water give way in the shortest waves: the limit of compression then holds with water too, in
+/// 2-D and 3-D.
+///
 /// Damping shortens the limits of hourglass and compression, see [`Damping`](crate::damping::Damping).
 ///
 /// The hourglass limit is for particles anywhere in a cell as long as they fill it evenly; with 2 per axis the edge lies some
@@ -117,7 +120,9 @@ pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) ->
         match parts.pressure.consolidation_limit(at, particles, range, p_wave) {
             Some(limit) => {
                 limits.consolidation = limits.consolidation.min(limit);
-                if D > 1 || reaches_beyond_cells {
+                if D > 1 && !parts.pressure.holds_short_waves() {
+                    limits.skeleton = limits.skeleton.min(lightness * wave_limit(2.0 * stiffness));
+                } else if D > 1 || reaches_beyond_cells {
                     let averaged = parts.volumetric_strain == VolumetricStrain::CellAveraged && !reaches_beyond_cells;
                     let inside = if averaged { shear_stiffness(s_wave, D as f64) } else { stiffness };
                     limits.skeleton = limits.skeleton.min(lightness * wave_limit(inside));
