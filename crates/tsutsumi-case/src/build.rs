@@ -69,8 +69,8 @@ pub fn build<const D: usize>(
     let known = velocity_updates(&case.method);
     let velocity_update = choose(source, method.key("velocity_update"), "velocity update", name, known)?;
     let pressure = build_pressure(case);
-    let crate::Damping { local, mass } = case.method.damping;
-    let damping = Damping { local, mass };
+    let crate::Damping { local, mass, stiffness } = case.method.damping;
+    let damping = Damping { local, mass, stiffness };
     let volumetric_strain = match case.method.volumetric_strain {
         crate::VolumetricStrain::Pointwise => VolumetricStrain::Pointwise,
         crate::VolumetricStrain::CellAveraged => VolumetricStrain::CellAveraged,

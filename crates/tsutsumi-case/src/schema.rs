@@ -178,6 +178,10 @@ pub struct Damping {
     /// Resistance per mass and velocity (1/s): a mode of f Hz has the damping ratio of this number over 4πf.
     #[schemars(range(min = 0))]
     pub mass: f64,
+    /// Viscosity of the skeleton, a time (s): a mode of f Hz has the damping ratio of π f times this number. It takes out noise of
+    /// high frequency, also of waves, and shortens the longest stable step.
+    #[schemars(range(min = 0))]
+    pub stiffness: f64,
 }
 
 /// The Newmark parameters of the coupled solution.

@@ -256,6 +256,13 @@ impl<'a> Checks<'a> {
             let help = "it is in 1/s: twice the slowest angular frequency stops the motion soonest";
             self.report("method.damping.mass", message, help);
         }
+        if !(damping.stiffness >= 0.0 && damping.stiffness.is_finite()) {
+            let message = format!(
+                "`method.damping.stiffness` must be a finite number, 0 or more, not {}",
+                number(damping.stiffness)
+            );
+            self.report("method.damping.stiffness", message, "it is in s: a fraction of the time step is usual");
+        }
         if self.case.method.solver == SolverKind::Fem && damping != Damping::default() {
             let help = "take [method.damping] out, or take `method.solver` = \"mpm\"";
             self.report("method.damping", "finite elements have no damping", help);

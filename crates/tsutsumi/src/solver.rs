@@ -2,6 +2,7 @@
 
 mod dilation;
 mod limits;
+mod viscosity;
 
 pub use dilation::VolumetricStrain;
 pub use limits::{Governing, StepLimits};
@@ -16,6 +17,7 @@ use crate::tensor::{Sym3, Vector, embed, spin, volume_ratio};
 use crate::transfer::{Gathered, Transfer};
 use crate::velocity::VelocityUpdate;
 use dilation::Dilation;
+use viscosity::Viscosity;
 
 /// Particles handled by one virtual call: few enough for the cache, many enough to hide the call.
 const BLOCK: usize = 64;
@@ -58,6 +60,7 @@ pub struct Solver<const D: usize> {
     nodes: NodeFields<D>,
     cells: CellFields,
     dilation: Dilation,
+    viscosity: Viscosity,
     at_particles: Vec<Gathered<D>>,
     increments: Vec<Increment>,
     porosities: Vec<f64>,
@@ -185,12 +188,14 @@ impl<const D: usize> Solver<D> {
         let nodes = NodeFields::new(&parts.grid);
         let cells = CellFields::new(&parts.grid);
         let dilation = Dilation::new(parts.volumetric_strain, &parts.grid);
+        let viscosity = Viscosity::new(parts.damping.stiffness, &parts.particles.stress);
         let mut solver = Solver {
             parts,
             active,
             nodes,
             cells,
             dilation,
+            viscosity,
             at_particles: vec![Gathered::default(); BLOCK],
             increments: vec![Increment::default(); BLOCK],
             porosities: vec![0.0; BLOCK],
@@ -222,6 +227,7 @@ impl<const D: usize> Solver<D> {
             nodes,
             cells,
             dilation,
+            viscosity,
             at_particles,
             increments,
             porosities,
@@ -236,7 +242,9 @@ impl<const D: usize> Solver<D> {
 
         // 3. Masses and velocities of the nodes, Eq. (10); with them the force of the effective stress.
         nodes.clear(active);
+        viscosity.swap(&mut particles.stress);
         shape.particles_to_nodes(grid, particles, nodes);
+        viscosity.swap(&mut particles.stress);
         velocity_update.add_momentum(grid, &**shape, particles, &mut nodes.velocity_old);
         boundary.hold(active, nodes);
         nodes.momentum_to_velocity(active);
@@ -272,7 +280,9 @@ impl<const D: usize> Solver<D> {
                 // 9. Effective stresses by the constitutive law.
                 let stresses = &mut particles.stress[block.clone()];
                 let volumes = &particles.volume[block.clone()];
+                viscosity.remember(block.clone(), stresses, increments);
                 let outcome = group.update_block(start - all.start, stresses, increments, volumes);
+                viscosity.resist(block.clone(), stresses, damping.stiffness / dt);
                 *strain_energy += outcome.work;
                 if let (None, Some((p, source))) = (&failure, outcome.failure) {
                     let particle = start + p;

@@ -729,7 +729,7 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
     /// Damping makes it shorter, with T = k ρ/γ_w and for a resistance that stands along the force:
     ///
     /// ```text
-    /// r Δt² (1 + α_l T/(τ + Δt)) ≤ 2 (τ + Δt) + 2 min(0, τ − T Δt [α_m + α_l/(τ + Δt)])
+    /// r (Δt² + 2 β Δt) (1 + α_l T/(τ + Δt)) ≤ 2 (τ + Δt) + 2 min(0, τ − T Δt [α_m + α_l/(τ + Δt)])
     /// ```
     ///
     /// In tight ground rounding comes first: velocities are Δt/ρ times the difference of two forces that nearly cancel, and
