@@ -119,7 +119,7 @@ fn a_load_on_half_a_cell_agrees_with_finite_elements_away_from_it() {
     assert!(error_with < 0.03, "{error_with}");
 }
 
-/// The column's pressure knows one axis, and Mandel's too: both stay, to less than a thousandth.
+/// The column's pressure knows one axis, and Mandel's too: both stay, up to rounding that the explicit skeleton carries on.
 #[test]
 fn where_there_is_nothing_to_cure_nothing_changes() {
     let cases = [
@@ -132,6 +132,6 @@ fn where_there_is_nothing_to_cure_nothing_changes() {
             curves.at(&format!("{probe}.pressure"), end)
         };
         let (without, with) = (readings(&[step]), readings(&[step, ON]));
-        assert!((with / without - 1.0).abs() < 1e-3, "{file}: {with} in place of {without} Pa");
+        assert!((with / without - 1.0).abs() < 1e-8, "{file}: {with} in place of {without} Pa");
     }
 }
