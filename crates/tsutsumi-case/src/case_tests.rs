@@ -362,9 +362,10 @@ fn overrides_reach_everything() {
 
 #[test]
 fn damping_is_off_unless_asked_for() {
-    assert_eq!(read(&source(COLUMN)).unwrap().method.damping, Damping { local: 0.0, mass: 0.0 });
+    assert_eq!(read(&source(COLUMN)).unwrap().method.damping, Damping::default());
+    assert_eq!(Damping::default(), Damping { local: 0.0, mass: 0.0, stiffness: 0.0 });
     let damped = source(COLUMN).with_override("method.damping.local=0.7").unwrap();
-    assert_eq!(read(&damped).unwrap().method.damping, Damping { local: 0.7, mass: 0.0 });
+    assert_eq!(read(&damped).unwrap().method.damping, Damping { local: 0.7, ..Damping::default() });
 }
 
 #[test]
@@ -393,8 +394,10 @@ fn bad_overrides_are_explained() {
         &["dimension=3"],
         &["grid={ origin = [0, 0], spacing = [1, 1] }"],
         &["materials.soil.parameters.young=\"stiff\""],
+        &["method.pressure_stabilisation=-1"],
+        &["method.solver=fem", "method.pressure_stabilisation=30"],
         &["method.damping.local=1"],
-        &["method.damping={ local = -0.1, mass = -2.0 }"],
+        &["method.damping={ local = -0.1, mass = -2.0, stiffness = -1e-3 }"],
         &["method.solver=fem", "method.damping.local=0.7"],
         &["method.damping.lokal=0.7"],
         &["method.volumetric_strain=averaged"],

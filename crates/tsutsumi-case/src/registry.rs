@@ -182,6 +182,11 @@ fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
             let message = format!("`{key}` must be {expected}, not {value}");
             request.source.invalid(key, message, "")
         }
+        LawError::Setting { name, message } => {
+            let key = parameters.key(name);
+            let message = format!("`{key}`: {message}");
+            request.source.invalid(key, message, "")
+        }
         other => request.source.invalid(parameters, other.to_string(), ""),
     })?;
     let key = KeyPath::root().key("materials").key(request.material).key("conductivity_law");

@@ -137,6 +137,10 @@ pub struct Method {
     pub newmark: Newmark,
     /// Whether the acceleration of the mixture enters Darcy's law.
     pub fluid_inertia: bool,
+    /// Stabilisation of the pressure (–): in a checkerboard the water is 1 + 16 times this number as compressible as elsewhere. 0, by
+    /// default, is none; 30 is recommended for nearly impermeable ground whose cells show a checkerboard.
+    #[schemars(range(min = 0))]
+    pub pressure_stabilisation: f64,
     /// Damping, for problems of which only the state of rest is wanted. None by default.
     pub damping: Damping,
     /// Where the volume change of a material point comes from: `"cell-averaged"` against locking of nearly incompressible ground.
@@ -188,6 +192,10 @@ pub struct Damping {
     /// Resistance per mass and velocity (1/s): a mode of f Hz has the damping ratio of this number over 4πf.
     #[schemars(range(min = 0))]
     pub mass: f64,
+    /// Viscosity of the skeleton, a time (s): a mode of f Hz has the damping ratio of π f times this number. It takes out noise of
+    /// high frequency, also of waves, and shortens the longest stable step.
+    #[schemars(range(min = 0))]
+    pub stiffness: f64,
 }
 
 /// The Newmark parameters of the coupled solution.
@@ -660,6 +668,7 @@ impl Default for Method {
             pressure_quadrature: PressureQuadrature::default(),
             newmark: Newmark::default(),
             fluid_inertia: true,
+            pressure_stabilisation: 0.0,
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
             stress_order: "last".into(),

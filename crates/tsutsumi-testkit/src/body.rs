@@ -75,6 +75,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     quadrature: Quadrature,
     fluid_inertia: bool,
     gravity: f64,
+    pressure_stabilisation: f64,
     damping: Damping,
     volumetric_strain: VolumetricStrain,
     stress_order: Box<dyn StressOrder>,
@@ -108,6 +109,7 @@ impl<const D: usize> Body<D> {
             quadrature: Quadrature::MaterialPoints,
             fluid_inertia: true,
             gravity: 0.0,
+            pressure_stabilisation: 0.0,
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
             stress_order: Box::new(StressLast),
@@ -155,6 +157,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             quadrature: self.quadrature,
             fluid_inertia: self.fluid_inertia,
             gravity: self.gravity,
+            pressure_stabilisation: self.pressure_stabilisation,
             damping: self.damping,
             volumetric_strain: self.volumetric_strain,
             shape: self.shape,
@@ -219,6 +222,12 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
     /// Gravity g (m/s²), down along the last axis.
     pub fn gravity(mut self, gravity: f64) -> Self {
         self.gravity = gravity;
+        self
+    }
+
+    /// The stabilisation of the pressure's checkerboard, see [`Coupled::stabilised`]; it starts with none.
+    pub fn pressure_stabilisation(mut self, softening: f64) -> Self {
+        self.pressure_stabilisation = softening;
         self
     }
 
@@ -372,9 +381,11 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         let particles = self.particles();
         let boundary = self.boundary(&particles);
         let pressure: Box<dyn PressureScheme<D>> = match self.fluid {
-            Some(fluid) => Box::new(
-                Coupled::new(fluid, self.quadrature, self.fluid_inertia).with_particle_pressure(self.particle_pressure),
-            ),
+            Some(fluid) => {
+                let scheme = Coupled::new(fluid, self.quadrature, self.fluid_inertia);
+                let scheme = scheme.with_particle_pressure(self.particle_pressure);
+                Box::new(scheme.stabilised(self.pressure_stabilisation))
+            }
             None => Box::new(Dry),
         };
         let group = Group::new("soil", self.law, 0..particles.len(), &particles.stress);
