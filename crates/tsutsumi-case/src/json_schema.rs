@@ -10,17 +10,26 @@ use crate::key_path::{KeyPath, Segment};
 use crate::schema::Case;
 use crate::study::schema::StudyFile;
 
-/// The JSON schema of case files. What the registry knows comes from there: the laws by name with the schemas of their parameters, and the
-/// words that other keys may have, by the type of the table and the key (`("Method", "shape")`).
-pub fn case_schema(laws: &[(&str, Value)], words: &[(&str, &str, Vec<&str>)]) -> Value {
+/// The JSON schema of case files. What the registry knows comes from there: the laws and exact motions by name with the schemas of
+/// their parameters, and the words that other keys may have, by the type of the table and the key (`("Method", "shape")`).
+pub fn case_schema(laws: &[(&str, Value)], motions: &[(&str, Value)], words: &[(&str, &str, Vec<&str>)]) -> Value {
     let mut schema = CASE_KEYS.schema.clone();
     let mut definitions = Map::new();
-    let conditions: Vec<_> = laws.iter().map(|(name, law)| law_condition(name, law, &mut definitions)).collect();
-    if let Some(material) = schema.pointer_mut("/$defs/Material").and_then(Value::as_object_mut) {
-        material.insert("allOf".to_owned(), conditions.into());
+    for (table, key, named) in [("Material", "law", laws), ("ExactMotion", "solution", motions)] {
+        let condition = |(name, one): &(&str, Value)| named_condition(key, name, one, &mut definitions);
+        let conditions: Vec<_> = named.iter().map(condition).collect();
+        if let Some(table) = schema.pointer_mut(&format!("/$defs/{table}")).and_then(Value::as_object_mut)
+            && !named.is_empty()
+        {
+            table.insert("allOf".to_owned(), conditions.into());
+        }
     }
-    let law_names: Vec<_> = laws.iter().map(|(name, _)| *name).collect();
-    restrict(&mut schema, "/$defs/Material/properties/law", &law_names);
+    for (pointer, named) in
+        [("/$defs/Material/properties/law", laws), ("/$defs/ExactMotion/properties/solution", motions)]
+    {
+        let names: Vec<_> = named.iter().map(|(name, _)| *name).collect();
+        restrict(&mut schema, pointer, &names);
+    }
     for (table, key, words) in words {
         restrict(&mut schema, &format!("/$defs/{table}/properties/{key}"), words);
     }
@@ -79,16 +88,16 @@ fn embedded(schema: &Value, prefix: &str, definitions: &mut Map<String, Value>) 
     schema
 }
 
-/// If a material has this law, its parameters are those of the law.
-fn law_condition(name: &str, law: &Value, definitions: &mut Map<String, Value>) -> Value {
-    let prefix = format!("law:{}:", name.replace(['~', '/', '#', '%', ' '], "-"));
-    let law = embedded(law, &prefix, definitions);
-    let needs_some = law.get("required").and_then(Value::as_array).is_some_and(|required| !required.is_empty());
-    let mut consequence = json!({ "properties": { "parameters": law } });
+/// If a table's key, such as the law of a material, has this name, its parameters are those of the name.
+fn named_condition(key: &str, name: &str, parameters: &Value, definitions: &mut Map<String, Value>) -> Value {
+    let prefix = format!("{key}:{}:", name.replace(['~', '/', '#', '%', ' '], "-"));
+    let parameters = embedded(parameters, &prefix, definitions);
+    let needs_some = parameters.get("required").and_then(Value::as_array).is_some_and(|required| !required.is_empty());
+    let mut consequence = json!({ "properties": { "parameters": parameters } });
     if needs_some {
         consequence["required"] = json!(["parameters"]);
     }
-    json!({ "if": { "properties": { "law": { "const": name } }, "required": ["law"] }, "then": consequence })
+    json!({ "if": { "properties": { (key): { "const": name } }, "required": [key] }, "then": consequence })
 }
 
 /// References to a schema's own definitions follow these to their new names.

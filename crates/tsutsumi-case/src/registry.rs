@@ -19,6 +19,7 @@ use tsutsumi::tensor::Sym3;
 use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Apic, Flip, Fmpm, Mpm1, Mpm2, Tpic, VelocityUpdate, Xpic};
 
+use crate::motions::motion_schemas;
 use crate::schema::Method;
 use crate::{CaseError, CaseSource, KeyPath, case_schema, did_you_mean};
 
@@ -132,7 +133,7 @@ impl Registry {
             ("Method", "stress_order", names(&stress_orders())),
             ("Method", "particle_pressure", names(&particle_pressures::<1>())),
         ];
-        case_schema(&laws, &words)
+        case_schema(&laws, &motion_schemas(), &words)
     }
 
     /// The group of a body's particles, with the law that its material names.

@@ -195,6 +195,21 @@ pub trait Transfer<const D: usize>: Send + Sync {
         nodes: &mut NodeFields<D>,
     );
 
+    /// Adds forces per mass (m/s²) on the particles, by their numbers, to those of the nodes.
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// f_I = Σ_p M_p b_p N_I(X_p)
+    /// ```
+    fn spread_body_force(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        of_particle: &dyn Fn(usize) -> Vector<D>,
+        nodes: &mut NodeFields<D>,
+    );
+
     /// Adds the forces of a fluid that presses all round on a body, the particles `of`, to the nodes.
     ///
     /// # Equation
@@ -507,6 +522,20 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         });
         let share = if reached > 0.0 && missed > 0.0 { 1.0 / reached } else { 1.0 };
         stencil.visit::<S>(|_, node, value, _| nodes.force[node] += force * (value * share));
+    }
+
+    fn spread_body_force(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        of_particle: &dyn Fn(usize) -> Vector<D>,
+        nodes: &mut NodeFields<D>,
+    ) {
+        for p in 0..particles.len() {
+            let force = of_particle(p) * particles.mass[p];
+            Stencil::of_particle(self, grid, particles, p)
+                .visit::<S>(|_, node, value, _| nodes.force[node] += force * value);
+        }
     }
 
     fn spread_pressure(
