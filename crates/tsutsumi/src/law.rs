@@ -12,6 +12,7 @@ mod hencky;
 mod left_cauchy_green;
 mod linear_elastic;
 mod neo_hookean;
+mod oka_cyclic;
 
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
 pub use group::{BlockOutcome, Group, MaterialGroup};
@@ -19,6 +20,7 @@ pub use hencky::Hencky;
 pub use left_cauchy_green::LeftCauchyGreen;
 pub use linear_elastic::LinearElastic;
 pub use neo_hookean::NeoHookean;
+pub use oka_cyclic::{OkaCyclic, OkaCyclicState};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -90,6 +92,12 @@ pub enum LawError {
         iterations: usize,
         /// The residual reached, in the law's own measure.
         residual: f64,
+    },
+    /// Plastic strain would lower the stress faster than the elastic strain it replaces: there is no answer to a strain increment.
+    #[error("the material snaps back: the plastic modulus is {modulus:e} Pa")]
+    SnapBack {
+        /// The modulus (Pa) by which plastic loading divides; not positive.
+        modulus: f64,
     },
 }
 
