@@ -536,6 +536,17 @@ mod tests {
         assert_violation!(OutputForgotten, LawViolation::Output { increment: 0, .. });
     }
 
+    #[test]
+    fn increments_with_a_duration_are_turned_written_and_read() {
+        let path = LawPath { duration: 1e-3, ..LawPath::default() };
+        path.check(&PAPER_SOIL).unwrap();
+        // Laws that depend on the rate may be stiffer than their elastic part.
+        path.check(&Fault::ShearModulus).unwrap();
+        assert!(matches!(path.check(&Fault::TensorsStay), Err(LawViolation::NotObjective { .. })));
+        assert!(matches!(path.check(&Fault::HistoryNotWritten), Err(LawViolation::HistoryLost { .. })));
+        assert!(matches!(path.check(&Fault::OutputForgotten), Err(LawViolation::Output { .. })));
+    }
+
     /// Elasticity that is stiffer along x, with the tangent by differences that every law has.
     struct Wooden;
 
