@@ -9,8 +9,8 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use tsutsumi::law::{
-    ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, Hencky, KozenyCarman, LawError, LinearElastic,
-    MaterialGroup, NeoHookean, XieLeo,
+    Bingham, ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, Hencky, KozenyCarman, LawError,
+    LinearElastic, MaterialGroup, MuI, NeoHookean, Newtonian, OkaCyclic, XieLeo,
 };
 use tsutsumi::pressure::{CellPressure, ParticlePressure, PressureGradient, PressureIncrement};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
@@ -103,6 +103,10 @@ impl Registry {
             .law::<LinearElastic>("linear-elastic")
             .law::<NeoHookean>("neo-hookean")
             .law::<Hencky>("hencky")
+            .law::<OkaCyclic>("oka-cyclic")
+            .law::<MuI>("mu-i")
+            .law::<Newtonian>("newtonian")
+            .law::<Bingham>("bingham")
     }
 
     /// Adds a law under a name. Its parameters are read from the case file by its own `Deserialize`, and described in

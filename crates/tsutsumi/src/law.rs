@@ -6,19 +6,28 @@
 //!
 //! To write one, implement [`ConstitutiveLaw`]: two methods are required. `examples/my-law` is a complete one.
 
+mod bingham;
 mod conductivity;
 mod group;
 mod hencky;
 mod left_cauchy_green;
 mod linear_elastic;
+mod liquid_pressure;
+mod mu_i;
 mod neo_hookean;
+mod newtonian;
+mod oka_cyclic;
 
+pub use bingham::{Bingham, BinghamState};
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
 pub use group::{BlockOutcome, Group, MaterialGroup};
 pub use hencky::Hencky;
 pub use left_cauchy_green::LeftCauchyGreen;
 pub use linear_elastic::LinearElastic;
+pub use mu_i::{MuI, MuIState};
 pub use neo_hookean::NeoHookean;
+pub use newtonian::{Newtonian, NewtonianState};
+pub use oka_cyclic::{OkaCyclic, OkaCyclicState};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -104,6 +113,12 @@ pub enum LawError {
         iterations: usize,
         /// The residual reached, in the law's own measure.
         residual: f64,
+    },
+    /// Plastic strain would lower the stress faster than the elastic strain it replaces: there is no answer to a strain increment.
+    #[error("the material snaps back: the plastic modulus is {modulus:e} Pa")]
+    SnapBack {
+        /// The modulus (Pa) by which plastic loading divides; not positive.
+        modulus: f64,
     },
 }
 
