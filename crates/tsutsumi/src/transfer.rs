@@ -250,13 +250,9 @@ impl<const D: usize> Stencil<D> {
         half_size: Vector<D>,
     ) -> Self {
         let strides = grid.node_strides();
-        let mut first_node = 0;
-        let mut weights = [Weights::default(); D];
-        for axis in 0..D {
-            let at = CellOnAxis { cell: index[axis], num_cells: grid.cells()[axis] };
-            first_node += shape.first_node(at) * strides[axis];
-            weights[axis] = shape.weights(at, place[axis], half_size[axis]);
-        }
+        let on_axis = |axis: usize| CellOnAxis { cell: index[axis], num_cells: grid.cells()[axis] };
+        let first_node = (0..D).map(|axis| shape.first_node(on_axis(axis)) * strides[axis]).sum();
+        let weights = std::array::from_fn(|axis| shape.weights(on_axis(axis), place[axis], half_size[axis]));
         Stencil { first_node, strides, weights, inverse_spacing: grid.inverse_spacing() }
     }
 
