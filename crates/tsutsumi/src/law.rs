@@ -11,13 +11,16 @@ mod group;
 mod hencky;
 mod left_cauchy_green;
 mod linear_elastic;
+mod modified_cam_clay;
 mod neo_hookean;
+mod parameter;
 
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
 pub use group::{BlockOutcome, Group, MaterialGroup};
 pub use hencky::Hencky;
 pub use left_cauchy_green::LeftCauchyGreen;
 pub use linear_elastic::LinearElastic;
+pub use modified_cam_clay::{CamClayState, ModifiedCamClay};
 pub use neo_hookean::NeoHookean;
 
 use serde::Serialize;
@@ -82,6 +85,12 @@ pub enum LawError {
     NotFinite {
         /// The strain increment (–).
         strain: Sym3,
+    },
+    /// A law whose stiffness comes from compression alone has none.
+    #[error("the mean effective pressure is {pressure:.3e} Pa, but this law needs compression (a positive one)")]
+    NoCompression {
+        /// The mean effective pressure (Pa, positive in compression).
+        pressure: f64,
     },
     /// An iteration did not converge.
     #[error("the return mapping did not converge in {iterations} iterations (residual {residual:e})")]
