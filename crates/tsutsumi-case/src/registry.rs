@@ -9,8 +9,8 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use tsutsumi::law::{
-    ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, Hencky, KozenyCarman, LawError, LinearElastic,
-    MaterialGroup, ModifiedCamClay, NeoHookean, XieLeo,
+    ConductivityLaw, ConstantConductivity, ConstitutiveLaw, DruckerPrager, Group, Hencky, KozenyCarman, LawError,
+    LinearElastic, MaterialGroup, ModifiedCamClay, MohrCoulomb, NeoHookean, VonMises, XieLeo,
 };
 use tsutsumi::pressure::{CellPressure, ParticlePressure, PressureGradient, PressureIncrement};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
@@ -100,6 +100,9 @@ impl Registry {
             .law::<LinearElastic>("linear-elastic")
             .law::<NeoHookean>("neo-hookean")
             .law::<Hencky>("hencky")
+            .law::<VonMises>("von-mises")
+            .law::<DruckerPrager>("drucker-prager")
+            .law::<MohrCoulomb>("mohr-coulomb")
             .law::<ModifiedCamClay>("modified-cam-clay")
     }
 

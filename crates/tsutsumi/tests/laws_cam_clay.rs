@@ -1,5 +1,7 @@
 //! Modified Cam-Clay against its closed forms: compression lines, undrained paths, end points of triaxial tests.
 
+#![allow(clippy::unwrap_used, clippy::panic, reason = "a test reports by panicking")]
+
 use tsutsumi::law::{CamClayState, ConstitutiveLaw, LawError, ModifiedCamClay};
 use tsutsumi::tensor::Sym3;
 use tsutsumi_testkit::law::{LawPath, check_law};
