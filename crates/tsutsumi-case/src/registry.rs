@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use tsutsumi::law::{
     ConductivityLaw, ConstantConductivity, ConstitutiveLaw, DruckerPrager, Group, Hencky, KozenyCarman, LawError,
-    LinearElastic, MaterialGroup, ModifiedCamClay, MohrCoulomb, NeoHookean, VonMises, XieLeo,
+    LinearElastic, MaterialGroup, ModifiedCamClay, MohrCoulomb, NeoHookean, PressureElastic, VonMises, XieLeo,
 };
 use tsutsumi::pressure::{CellPressure, ParticlePressure, PressureGradient, PressureIncrement};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
@@ -100,6 +100,7 @@ impl Registry {
             .law::<LinearElastic>("linear-elastic")
             .law::<NeoHookean>("neo-hookean")
             .law::<Hencky>("hencky")
+            .law::<PressureElastic>("pressure-elastic")
             .law::<VonMises>("von-mises")
             .law::<DruckerPrager>("drucker-prager")
             .law::<MohrCoulomb>("mohr-coulomb")

@@ -18,6 +18,7 @@ mod modified_cam_clay;
 mod mohr_coulomb;
 mod neo_hookean;
 mod parameter;
+mod pressure_elastic;
 mod principal;
 mod von_mises;
 
@@ -31,6 +32,7 @@ pub use linear_elastic::LinearElastic;
 pub use modified_cam_clay::{CamClayState, ModifiedCamClay};
 pub use mohr_coulomb::MohrCoulomb;
 pub use neo_hookean::NeoHookean;
+pub use pressure_elastic::PressureElastic;
 pub use von_mises::{VonMises, VonMisesState};
 
 use serde::Serialize;
