@@ -78,22 +78,22 @@ pub enum Cone {
 impl Cone {
     /// The slope q (–) of a friction or dilatancy angle (rad).
     pub fn slope(self, angle: f64) -> f64 {
-        angle.tan() * self.scale(angle)
+        let sin = angle.sin();
+        sin * self.scale(sin)
     }
 
     /// The strength k (Pa) at zero mean stress, from a friction angle (rad) and a cohesion (Pa).
     pub fn strength(self, angle: f64, cohesion: f64) -> f64 {
-        cohesion * self.scale(angle)
+        let (sin, cos) = angle.sin_cos();
+        cohesion * cos * self.scale(sin)
     }
 
-    /// k/c = q/tan φ (–).
-    fn scale(self, angle: f64) -> f64 {
-        let (sin, cos) = angle.sin_cos();
-        let cone = |denominator: f64| 6.0 * cos / (3.0_f64.sqrt() * denominator);
+    /// q/sin φ = k/(c cos φ) (–).
+    fn scale(self, sin: f64) -> f64 {
         match self {
-            Cone::Compression => cone(3.0 - sin),
-            Cone::Extension => cone(3.0 + sin),
-            Cone::PlaneStrain => 3.0 * cos / (9.0 + 3.0 * sin * sin).sqrt(),
+            Cone::Compression => 2.0 * 3.0_f64.sqrt() / (3.0 - sin),
+            Cone::Extension => 2.0 * 3.0_f64.sqrt() / (3.0 + sin),
+            Cone::PlaneStrain => 3.0 / (9.0 + 3.0 * sin * sin).sqrt(),
         }
     }
 }

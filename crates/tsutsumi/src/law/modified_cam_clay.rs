@@ -156,24 +156,24 @@ impl<'a> Step<'a> {
             return Err(LawError::NoCompression { pressure: pressure_old });
         }
         let compression = -strain.trace();
-        let volume = (1.0 + state.void_ratio) * relative_exponential(-compression);
+        let volume = (1.0 + state.void_ratio) * relative_growth(-compression, (-compression).exp_m1());
         let (deviator_old, deviatoric_strain) = (stress.deviator(), strain.deviator());
         Ok(Step { law, state, pressure_old, deviator_old, deviatoric_strain, compression, volume })
     }
 
     fn elastic(&self, plastic_compression: f64) -> Elastic {
-        let (rate, elastic_compression) = (self.volume / self.law.kappa, self.compression - plastic_compression);
-        let exponent = rate * elastic_compression;
-        let factor = relative_exponential(exponent);
-        let (secant, secant_slope) = (rate * self.pressure_old * factor, -rate * rate * self.pressure_old);
+        let rate = self.volume / self.law.kappa;
+        let exponent = rate * (self.compression - plastic_compression);
+        let growth = exponent.exp_m1();
+        let secant = rate * self.pressure_old * relative_growth(exponent, growth);
         let shear_modulus = self.law.shear_modulus(secant);
         let shear_modulus_slope = match self.law.shear_modulus {
             Some(_) => 0.0,
-            None => shear_modulus / secant * secant_slope * relative_exponential_slope(exponent, factor),
+            None => -rate * rate * self.pressure_old * relative_growth_slope(exponent, growth) * shear_modulus / secant,
         };
         let deviator = self.deviator_old + self.deviatoric_strain * (2.0 * shear_modulus);
         Elastic {
-            pressure: self.pressure_old * exponent.exp(),
+            pressure: self.pressure_old * (1.0 + growth),
             shear_modulus,
             shear_modulus_slope,
             deviator,
@@ -233,11 +233,13 @@ impl<'a> Step<'a> {
                 false => high = ratio,
             }
             let newton = ratio - residual.value / residual.slope;
-            let next = if newton >= low && newton <= high { newton } else { 0.5 * (low + high) };
+            let within = newton >= low && newton <= high;
+            let next = if within { newton } else { 0.5 * (low + high) };
             let change = (next - ratio).abs();
             ratio = next;
             residual = self.residual(ratio, trial_pressure);
-            if change <= 16.0 * f64::EPSILON * ratio {
+            // What is left after a step of Newton's is about its square; bisection has no such promise.
+            if change <= if within { 1e-10 } else { 1e-15 } * ratio {
                 return Ok((ratio, residual));
             }
         }
@@ -271,15 +273,15 @@ impl<'a> Step<'a> {
     }
 }
 
-/// (eˣ − 1)/x.
-fn relative_exponential(x: f64) -> f64 {
-    if x == 0.0 { 1.0 } else { x.exp_m1() / x }
+/// (eˣ − 1)/x, with x and eˣ − 1 given.
+fn relative_growth(x: f64, growth: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { growth / x }
 }
 
-/// The derivative of [`relative_exponential`], whose value at x is given.
-fn relative_exponential_slope(x: f64, value: f64) -> f64 {
+/// The derivative of [`relative_growth`].
+fn relative_growth_slope(x: f64, growth: f64) -> f64 {
     // The quotient loses digits where x is small, and the series where it is not: 1e-8 of the slope at 1e-4.
-    if x.abs() < 1e-4 { 0.5 + x / 3.0 } else { (x.exp() - value) / x }
+    if x.abs() < 1e-4 { 0.5 + x / 3.0 } else { (1.0 + growth - growth / x) / x }
 }
 
 impl ConstitutiveLaw for ModifiedCamClay {

@@ -1,3 +1,5 @@
+use std::f64::consts::FRAC_PI_3;
+
 use serde::{Deserialize, Serialize};
 
 use super::frictional::{FrictionalState, Softening, Strength, deviatoric_norm, softened_strain, validate_flow};
@@ -77,6 +79,10 @@ struct Surface {
     elastic: LinearElastic,
 }
 
+fn determinant(a: Sym3) -> f64 {
+    a.xx * (a.yy * a.zz - a.yz * a.yz) - a.xy * (a.xy * a.zz - a.yz * a.zx) + a.zx * (a.xy * a.yz - a.yy * a.zx)
+}
+
 fn dot(a: [f64; 3], b: [f64; 3]) -> f64 {
     a[0] * b[0] + a[1] * b[1] + a[2] * b[2]
 }
@@ -105,17 +111,19 @@ impl Surface {
         strain.map(|component| volumetric + 2.0 * self.elastic.shear_modulus() * component)
     }
 
-    /// Whether a stress lies inside whatever its Lode angle: spares elastic points the search for axes.
+    /// Whether a stress lies inside by more than round-off: spares elastic points the search for axes.
     ///
     /// ```text
-    /// f ≤ 2 √J₂ √(1 + ⅓ sin² φ) + 2 σ_m sin φ − 2 c cos φ      σ₁ ≤ σ_m + 2 √(J₂/3)
+    /// σ₁ = σ_m + 2 √(J₂/3) cos α      σ₃ = σ_m + 2 √(J₂/3) cos(α + 120°)      cos 3α = ½ J₃ (3/J₂)^(3/2)
     /// ```
     fn surely_holds(&self, stress: Sym3) -> bool {
         let (mean, deviator) = (stress.trace() / 3.0, stress.deviator());
-        let shear = (0.5 * deviator.double_dot(deviator)).sqrt();
-        let widest = (1.0 + self.sin_friction * self.sin_friction / 3.0).sqrt();
-        2.0 * (shear * widest + mean * self.sin_friction) < self.strength
-            && mean + 2.0 / 3.0_f64.sqrt() * shear < self.tension
+        let radius = (2.0 / 3.0 * deviator.double_dot(deviator)).sqrt();
+        let cosine = if radius > 0.0 { 4.0 * determinant(deviator) / radius.powi(3) } else { 0.0 };
+        let angle = cosine.clamp(-1.0, 1.0).acos() / 3.0;
+        let [largest, smallest] = [0.0, 2.0].map(|thirds| mean + radius * (angle + thirds * FRAC_PI_3).cos());
+        // Where two stresses are equal, the angle has half the digits of the stress.
+        self.holds([largest, mean, smallest], -1e-6 * radius)
     }
 
     /// Whether stresses in falling order lie inside, give or take `margin` (Pa).
