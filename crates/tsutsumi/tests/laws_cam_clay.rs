@@ -136,7 +136,7 @@ fn compression_and_swelling_lines_are_straight() {
 /// ```
 ///
 /// in kPa, from independent calculations; the first and the last row were also found by integrating the rates with another program.
-/// The critical state is an asymptote: 0.1 % and no more.
+/// The critical state is an asymptote, closer than the table's five digits after 150 % of strain.
 #[test]
 fn triaxial_tests_end_where_they_must() {
     let undrained = [(213.07, 217.33), (223.85, 228.33), (322.37, 386.85), (227.95, 273.54)];
@@ -149,8 +149,8 @@ fn triaxial_tests_end_where_they_must() {
             open.drained(1e-3, start);
         }
         for (specimen, (p, q)) in [(closed, undrained[test]), (open, drained[test])] {
-            assert!(off(specimen.pressure(), 1e3 * p) < 1e-3, "{test}: p = {}", specimen.pressure());
-            assert!(off(specimen.deviatoric(), 1e3 * q) < 1e-3, "{test}: q = {}", specimen.deviatoric());
+            assert!(off(specimen.pressure(), 1e3 * p) < 5e-5, "{test}: p = {}", specimen.pressure());
+            assert!(off(specimen.deviatoric(), 1e3 * q) < 5e-5, "{test}: q = {}", specimen.deviatoric());
         }
     }
 }
@@ -193,7 +193,7 @@ fn undrained_paths_follow_the_closed_form_all_along() {
                 }
                 let eta = clay.deviatoric() / clay.pressure();
                 let expected = start * ((m2 + first) / (m2 + eta * eta)).powf(exponent);
-                assert!(off(clay.pressure(), expected) < 1e-11, "η = {eta}: {} {expected}", clay.pressure());
+                assert!(off(clay.pressure(), expected) < 1e-13, "η = {eta}: {} {expected}", clay.pressure());
                 checked += 1;
             }
             assert!(checked > 500);

@@ -214,8 +214,8 @@ fn mohr_coulomb_returns_to_the_nearest_stress() {
         let planes = planes(&law);
         let expected = nearest(principal, &planes, &stiffness(&elastic));
         let off = stress - Sym3::diagonal(expected[0], expected[1], expected[2]).rotated(&axes);
-        // Hildreth's method converges linearly; axes of equal stresses are lost to round-off.
-        assert!(norm(off) < 1e-7 * principal.norm(), "{law:?} {principal}: {off}");
+        // Hildreth's method ends when its steps are 1e-12, and converges linearly: what is left may be a hundred times as much.
+        assert!(norm(off) < 1e-10 * principal.norm(), "{law:?} {principal}: {off}");
         let active = |plane: &&Plane| plane.normal.dot(&expected) > plane.strength - 1e-6 * principal.norm();
         by_num_active[planes.iter().filter(active).count().min(6)] += 1;
     }
@@ -273,7 +273,7 @@ fn mohr_coulomb_flows_along_its_potential() {
         let lost = out_of_reach(plastic, &flows);
         // Small plastic strains are a difference of large stresses.
         let rounding = 1e-14 * principal.norm() / (principal - stress).norm();
-        assert!(lost < 1e-7 + rounding, "{law:?} {principal} {stress}: {lost}");
+        assert!(lost < 1e-10 + rounding, "{law:?} {principal} {stress}: {lost}");
         assert!((state.plastic_volumetric_strain - plastic.sum()).abs() < 1e-9 * plastic.norm() + 1e-17);
     }
     assert!(num_plastic > NUM_TRIALS / 2, "{num_plastic}");
