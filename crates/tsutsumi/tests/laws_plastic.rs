@@ -108,6 +108,26 @@ fn the_laws_keep_the_contract() {
     far.check(&MohrCoulomb { tensile_strength: Some(10e3), ..tresca }).unwrap();
 }
 
+/// Not even on edges, in softening, or while axes are searched.
+#[test]
+fn updates_do_not_allocate() {
+    fn allocations<L: ConstitutiveLaw>(law: &L, stress: Sym3) -> u64 {
+        let info = allocation_counter::measure(|| {
+            law.update(stress, law.initial_state(stress), Sym3::ZERO).unwrap();
+        });
+        info.count_total
+    }
+    let mut noise = Noise::new(17);
+    for _ in 0..1000 {
+        let stress = random_stress(&mut noise);
+        let softening = (Some(0.0), Some(500.0), 0.02);
+        let (friction_angle_residual_deg, cohesion_residual, softening_strain) = softening;
+        let sand = MohrCoulomb { friction_angle_residual_deg, cohesion_residual, softening_strain, ..SAND };
+        let cone = DruckerPrager { friction_angle_residual_deg, cohesion_residual, softening_strain, ..CONE };
+        assert_eq!(allocations(&sand, stress) + allocations(&cone, stress) + allocations(&CLAY, stress), 0);
+    }
+}
+
 // ---------------------------------------------------------------- Mohr and Coulomb by brute force
 
 type Three = Vector<3>;
@@ -308,30 +328,23 @@ fn meridian(law: &DruckerPrager) -> Meridian {
 }
 
 fn random_cone(noise: &mut Noise, associated: bool) -> DruckerPrager {
-    let MohrCoulomb {
-        young,
-        poisson,
-        friction_angle_deg,
-        cohesion,
-        dilatancy_angle_deg,
-        tensile_strength,
-        friction_angle_residual_deg,
-        cohesion_residual,
-        softening_strain,
-    } = random_law(noise, associated);
+    let law = random_law(noise, associated);
     let cones = [Cone::Compression, Cone::Extension, Cone::PlaneStrain];
-    let cone = cones[(1.5 * (1.0 + noise.number())) as usize % 3];
+    as_cone(law, cones[(1.5 * (1.0 + noise.number())) as usize % 3])
+}
+
+fn as_cone(law: MohrCoulomb, cone: Cone) -> DruckerPrager {
     DruckerPrager {
-        young,
-        poisson,
-        friction_angle_deg,
-        cohesion,
-        dilatancy_angle_deg,
+        young: law.young,
+        poisson: law.poisson,
+        friction_angle_deg: law.friction_angle_deg,
+        cohesion: law.cohesion,
+        dilatancy_angle_deg: law.dilatancy_angle_deg,
         cone,
-        tensile_strength,
-        friction_angle_residual_deg,
-        cohesion_residual,
-        softening_strain,
+        tensile_strength: law.tensile_strength,
+        friction_angle_residual_deg: law.friction_angle_residual_deg,
+        cohesion_residual: law.cohesion_residual,
+        softening_strain: law.softening_strain,
     }
 }
 
@@ -428,6 +441,61 @@ fn drucker_prager_flows_along_its_potential() {
         assert!((state.plastic_volumetric_strain - plastic.trace()).abs() < rounding);
         assert!((state.plastic_deviatoric_strain - by_cone / 3.0_f64.sqrt()).abs() < rounding);
     }
+}
+
+// ---------------------------------------------------------------- softening
+
+/// Whatever the step, its end is the return of a law that keeps the strength of that end, and its plastic strain is what took the stress there.
+#[test]
+fn softened_states_are_those_of_the_strength_they_end_with() {
+    let mut noise = Noise::new(23);
+    let mut num_softening = 0;
+    for _ in 0..NUM_TRIALS {
+        let peak = random_law(&mut noise, false);
+        let elastic = LinearElastic { young: peak.young, poisson: peak.poisson };
+        let residual_angle = between(&mut noise, 0.0, peak.friction_angle_deg);
+        let residual_cohesion = between(&mut noise, 0.1, 1.0) * peak.cohesion;
+        // Over 5 % and more: steeper ones have several answers.
+        let over = between(&mut noise, 0.05, 0.2);
+        let strength = |strain: f64| {
+            let share = f64::max(1.0 - strain / over, 0.0);
+            let angle = residual_angle + share * (peak.friction_angle_deg - residual_angle);
+            (angle, residual_cohesion + share * (peak.cohesion - residual_cohesion))
+        };
+        let softening = MohrCoulomb {
+            friction_angle_residual_deg: Some(residual_angle),
+            cohesion_residual: Some(residual_cohesion),
+            softening_strain: over,
+            ..peak
+        };
+        let cone = [Cone::Compression, Cone::Extension, Cone::PlaneStrain][num_softening % 3];
+        let trial = random_stress(&mut noise) * 3.0;
+
+        let kept = |state: FrictionalState| {
+            let (friction_angle_deg, cohesion) = strength(state.plastic_deviatoric_strain);
+            let dilatancy_angle_deg = peak.dilatancy_angle_deg.min(friction_angle_deg);
+            MohrCoulomb { friction_angle_deg, cohesion, dilatancy_angle_deg, ..peak }
+        };
+        let (stress, state) = returned(&softening, trial);
+        assert_same(stress, returned(&kept(state), trial).0, norm(trial));
+        assert_plastic_strain(state, elastic_strain(&elastic, trial - stress));
+
+        let (stress, state) = returned(&as_cone(softening, cone), trial);
+        assert_same(stress, returned(&as_cone(kept(state), cone), trial).0, norm(trial));
+        assert_plastic_strain(state, elastic_strain(&elastic, trial - stress));
+        num_softening += usize::from(state.plastic_deviatoric_strain > 0.0);
+    }
+    assert!(num_softening > NUM_TRIALS / 3, "{num_softening}");
+}
+
+fn assert_same(stress: Sym3, expected: Sym3, size: f64) {
+    assert!(norm(stress - expected) < 1e-10 * size, "{stress} {expected}");
+}
+
+/// The history counts this plastic strain: to round-off of strains of 1 %.
+fn assert_plastic_strain(state: FrictionalState, strain: Sym3) {
+    let expected = (2.0_f64 / 3.0).sqrt() * norm(strain.deviator());
+    assert!((state.plastic_deviatoric_strain - expected).abs() < 1e-12, "{expected}");
 }
 
 // ---------------------------------------------------------------- strengths in closed form

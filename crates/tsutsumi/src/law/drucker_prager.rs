@@ -44,10 +44,10 @@ pub struct DruckerPrager {
     pub friction_angle_deg: f64,
     /// The cohesion c (Pa), zero or positive.
     pub cohesion: f64,
-    /// The dilatancy angle ψ (°), from 0 to φ.
+    /// The dilatancy angle ψ (°), from 0 to φ; default 0.
     #[serde(default)]
     pub dilatancy_angle_deg: f64,
-    /// Where the cone is Mohr and Coulomb's.
+    /// Where the cone is Mohr and Coulomb's: `"compression"` (triaxial; the default), `"extension"` or `"plane-strain"`.
     #[serde(default)]
     pub cone: Cone,
     /// The largest mean stress σ_t (Pa), zero or positive; without it, that of the apex.
@@ -112,8 +112,11 @@ impl Surface {
         shear + self.slope * mean <= self.strength && mean <= self.tension
     }
 
-    /// The return of a trial point outside, without hardening.
+    /// The return of a trial point, without hardening. Only a surface that has softened away from it may hold the point itself.
     fn project(&self, trial: &Meridian, bulk_modulus: f64, shear_modulus: f64) -> Return {
+        if self.holds(trial.mean, trial.shear) {
+            return Return { mean: trial.mean, shear: trial.shear, derivative: [[1.0, 0.0], [0.0, 1.0]] };
+        }
         let stiffness = shear_modulus + bulk_modulus * self.slope * self.flow_slope;
         let multiplier = (trial.shear + self.slope * trial.mean - self.strength) / stiffness;
         let mean = trial.mean - bulk_modulus * self.flow_slope * multiplier;
@@ -138,14 +141,13 @@ impl DruckerPrager {
     }
 
     fn softening(&self) -> Softening {
-        let (friction_angle, cohesion) = (self.friction_angle_deg, self.cohesion);
-        let friction_angle_residual = self.friction_angle_residual_deg.unwrap_or(friction_angle);
-        let cohesion_residual = self.cohesion_residual.unwrap_or(cohesion);
-        Softening {
-            peak: Strength { friction_angle: friction_angle.to_radians(), cohesion },
-            residual: Strength { friction_angle: friction_angle_residual.to_radians(), cohesion: cohesion_residual },
-            over: self.softening_strain,
-        }
+        Softening::new(
+            self.friction_angle_deg,
+            self.cohesion,
+            self.friction_angle_residual_deg,
+            self.cohesion_residual,
+            self.softening_strain,
+        )
     }
 
     fn surface(&self, softening: &Softening, plastic_strain: f64) -> Surface {

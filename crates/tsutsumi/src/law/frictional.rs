@@ -48,6 +48,21 @@ pub(super) struct Softening {
 }
 
 impl Softening {
+    /// From angles (°) and cohesions (Pa); what has no residual value keeps its own.
+    pub(super) fn new(
+        friction_angle_deg: f64,
+        cohesion: f64,
+        friction_angle_residual_deg: Option<f64>,
+        cohesion_residual: Option<f64>,
+        over: f64,
+    ) -> Self {
+        let strength = |degrees: f64, cohesion: f64| Strength { friction_angle: degrees.to_radians(), cohesion };
+        let residual =
+            strength(friction_angle_residual_deg.unwrap_or(friction_angle_deg), cohesion_residual.unwrap_or(cohesion));
+        Softening { peak: strength(friction_angle_deg, cohesion), residual, over }
+    }
+
+    /// The strength after this plastic deviatoric strain.
     pub(super) fn at(&self, strain: f64) -> Strength {
         let share = if strain < self.over { 1.0 - strain / self.over } else { 0.0 };
         let between = |peak: f64, residual: f64| residual + share * (peak - residual);
@@ -108,15 +123,16 @@ const MOST_ITERATIONS: usize = 100;
 /// ε = ε_old + Δε^p(ε)
 /// ```
 ///
-/// `increment` is Δε^p for a strength that is kept at ε: it grows from Δε^p(ε_old) > 0 to that in the residual state, and they
-/// bracket the root. Regula falsi (Illinois).
+/// `increment` is Δε^p for a strength that is kept at ε, positive at ε_old. It grows where the strength falls, but shrinks near an apex that
+/// moves away as the friction falls. Regula falsi (Illinois).
 pub(super) fn softened_strain(strain_old: f64, over: f64, increment: impl Fn(f64) -> f64) -> Result<f64, LawError> {
     let excess = |strain: f64| strain_old + increment(strain) - strain;
     let (mut low, mut low_excess) = (strain_old, increment(strain_old));
-    let mut high = strain_old + increment(over);
+    let mut high = strain_old + low_excess.max(increment(over));
     let mut high_excess = excess(high);
-    if high_excess >= 0.0 {
-        return Ok(high);
+    while high_excess > 0.0 {
+        high += high - strain_old;
+        high_excess = excess(high);
     }
     let mut last_was_high = None;
     for _ in 0..MOST_ITERATIONS {

@@ -46,7 +46,7 @@ use crate::tensor::Sym3;
 pub struct ModifiedCamClay {
     /// M = q/p at the critical state (–), positive; 6 sin φ/(3 − sin φ) in triaxial compression.
     pub critical_state_ratio: f64,
-    /// λ, slope of the normal compression line in v – ln p (–), above κ. C_c / 2.303.
+    /// λ, slope of the normal compression line in v – ln p (–), above κ: the compression index C_c over 2.303.
     pub lambda: f64,
     /// κ, slope of the swelling lines in v – ln p (–), positive.
     pub kappa: f64,
@@ -56,10 +56,10 @@ pub struct ModifiedCamClay {
     pub shear_modulus: Option<f64>,
     /// The void ratio e at the start (–), positive.
     pub void_ratio: f64,
-    /// The preconsolidation pressure p_c at the start (Pa), positive in compression, where the overconsolidation ratio does not give a larger one.
+    /// The preconsolidation pressure p_c at the start (Pa), positive in compression, where the overconsolidation ratio does not give a larger one; default 0.
     #[serde(default)]
     pub preconsolidation_pressure: f64,
-    /// The overconsolidation ratio at the start (–), in terms of isotropic pressures, at least 1.
+    /// The overconsolidation ratio at the start (–), in terms of isotropic pressures, at least 1; default 1.
     #[serde(default = "normally_consolidated")]
     pub overconsolidation_ratio: f64,
 }

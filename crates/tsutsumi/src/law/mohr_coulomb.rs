@@ -44,7 +44,7 @@ pub struct MohrCoulomb {
     pub friction_angle_deg: f64,
     /// The cohesion c (Pa), zero or positive.
     pub cohesion: f64,
-    /// The dilatancy angle ψ (°), from 0 to φ.
+    /// The dilatancy angle ψ (°), from 0 to φ; default 0.
     #[serde(default)]
     pub dilatancy_angle_deg: f64,
     /// The largest principal stress σ_t (Pa), zero or positive; without it, that of the apex.
@@ -150,8 +150,11 @@ impl Surface {
         (ordered && forward && self.holds(stress, margin)).then_some(stress)
     }
 
-    /// The return of ordered trial stresses outside. One of the planes, edges and corners takes it; the last needs no test.
+    /// The return of ordered trial stresses. Only a surface that has softened away from them may hold them as they are. Else one of the planes, edges and corners takes it; the last needs no test.
     fn project(&self, trial: [f64; 3]) -> [f64; 3] {
+        if self.holds(trial, 0.0) {
+            return trial;
+        }
         // Round-off of the stresses, so that none of two neighbours refuses a point between them.
         let margin = 1e-12 * (trial[0].abs() + trial[2].abs() + self.strength);
         let main = self.shear_plane(0, 2);
@@ -210,14 +213,13 @@ impl MohrCoulomb {
     }
 
     fn softening(&self) -> Softening {
-        let (friction_angle, cohesion) = (self.friction_angle_deg, self.cohesion);
-        let friction_angle_residual = self.friction_angle_residual_deg.unwrap_or(friction_angle);
-        let cohesion_residual = self.cohesion_residual.unwrap_or(cohesion);
-        Softening {
-            peak: Strength { friction_angle: friction_angle.to_radians(), cohesion },
-            residual: Strength { friction_angle: friction_angle_residual.to_radians(), cohesion: cohesion_residual },
-            over: self.softening_strain,
-        }
+        Softening::new(
+            self.friction_angle_deg,
+            self.cohesion,
+            self.friction_angle_residual_deg,
+            self.cohesion_residual,
+            self.softening_strain,
+        )
     }
 
     fn surface(&self, softening: &Softening, plastic_strain: f64) -> Surface {

@@ -38,10 +38,10 @@ pub struct PressureElastic {
     pub bulk_modulus: f64,
     /// The shear modulus G_ref at the reference pressure (Pa), positive.
     pub shear_modulus: f64,
-    /// The reference pressure p_ref (Pa), positive.
+    /// The reference pressure p_ref (Pa), positive; default 100e3.
     #[serde(default = "one_bar")]
     pub reference_pressure: f64,
-    /// The exponent m (–), from 0 (linear elasticity) to below 1; ½ for sand.
+    /// The exponent m (–), from 0 (linear elasticity) to below 1; default 0.5, as for sand.
     #[serde(default = "one_half")]
     pub exponent: f64,
 }

@@ -34,10 +34,10 @@ pub struct VonMises {
     pub poisson: f64,
     /// The yield stress σ_y0 in uniaxial loading (Pa), positive; 2 c_u for an undrained strength in triaxial tests, √3 c_u in plane strain.
     pub yield_stress: f64,
-    /// The hardening modulus H = dσ_y/dε^p (Pa), negative for softening, above −3G.
+    /// The hardening modulus H = dσ_y/dε^p (Pa), negative for softening, above −3G; default 0.
     #[serde(default)]
     pub hardening: f64,
-    /// The yield stress σ_r (Pa) at which softening ends, from 0 to `yield_stress`.
+    /// The yield stress σ_r (Pa) at which softening ends, from 0 to `yield_stress`; default 0.
     #[serde(default)]
     pub yield_stress_residual: f64,
 }
