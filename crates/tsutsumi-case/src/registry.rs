@@ -9,8 +9,9 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use tsutsumi::law::{
-    Bingham, ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, Hencky, KozenyCarman, LawError,
-    LinearElastic, MaterialGroup, MuI, NeoHookean, Newtonian, OkaCyclic, XieLeo,
+    Bingham, ConductivityLaw, ConstantConductivity, ConstitutiveLaw, DruckerPrager, Group, Hencky, KozenyCarman,
+    LawError, LinearElastic, MaterialGroup, ModifiedCamClay, MohrCoulomb, MuI, NeoHookean, Newtonian, OkaCyclic,
+    PressureElastic, VonMises, XieLeo,
 };
 use tsutsumi::pressure::{CellPressure, ParticlePressure, PressureGradient, PressureIncrement};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
@@ -103,6 +104,11 @@ impl Registry {
             .law::<LinearElastic>("linear-elastic")
             .law::<NeoHookean>("neo-hookean")
             .law::<Hencky>("hencky")
+            .law::<PressureElastic>("pressure-elastic")
+            .law::<VonMises>("von-mises")
+            .law::<DruckerPrager>("drucker-prager")
+            .law::<MohrCoulomb>("mohr-coulomb")
+            .law::<ModifiedCamClay>("modified-cam-clay")
             .law::<OkaCyclic>("oka-cyclic")
             .law::<MuI>("mu-i")
             .law::<Newtonian>("newtonian")
