@@ -102,10 +102,12 @@ fn the_law_keeps_the_contract() {
         check_law(&law).unwrap();
         // Strains far beyond yield, and a stress at the start with shear.
         let sheared = Sym3 { xx: -60e3, yy: -90e3, zz: -120e3, xy: 20e3, yz: -10e3, zx: 5e3 };
-        LawPath { stress: sheared, strain: 5e-3, increments: 80 }.check(&law).unwrap();
+        LawPath { stress: sheared, strain: 5e-3, increments: 80, ..LawPath::default() }.check(&law).unwrap();
     }
     // The dry side.
-    LawPath { stress: Sym3::IDENTITY * -20e3, strain: 1e-3, increments: 80 }.check(&MORIKAWA_ASAI).unwrap();
+    LawPath { stress: Sym3::IDENTITY * -20e3, strain: 1e-3, increments: 80, ..LawPath::default() }
+        .check(&MORIKAWA_ASAI)
+        .unwrap();
 }
 
 /// v = v₀ − λ ln(p/p₀) in isotropic compression and −κ ln(p/p₀) in swelling, in one step or many: integrated exactly, so 1e-12 is round-off.
