@@ -46,7 +46,7 @@ pub(crate) fn claim(source: &CaseSource, out: Option<&Path>, force: bool) -> Res
 }
 
 /// The first folder of the series that nobody has: making it claims it, also against runs at the same time.
-fn claim_numbered(source: &CaseSource) -> Result<PathBuf, ResultsError> {
+pub(crate) fn claim_numbered(source: &CaseSource) -> Result<PathBuf, ResultsError> {
     let mut number = 1;
     loop {
         let folder = default_folder(source, number);

@@ -1,11 +1,12 @@
-//! The JSON schemas of case and study files, and the documentation of their keys, from the types in
-//! [`schema`](crate::schema) and [`study`](crate::study).
+//! The JSON schemas of case files, study files and element tests, and the documentation of their keys, from the types in
+//! [`schema`](crate::schema), [`study`](crate::study) and [`element`](crate::element).
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use serde_json::{Map, Value, json};
 
+use crate::element::schema::ElementTestFile;
 use crate::key_path::{KeyPath, Segment};
 use crate::schema::Case;
 use crate::study::schema::StudyFile;
@@ -14,20 +15,32 @@ use crate::study::schema::StudyFile;
 /// words that other keys may have, by the type of the table and the key (`("Method", "shape")`).
 pub fn case_schema(laws: &[(&str, Value)], words: &[(&str, &str, Vec<&str>)]) -> Value {
     let mut schema = CASE_KEYS.schema.clone();
-    let mut definitions = Map::new();
-    let conditions: Vec<_> = laws.iter().map(|(name, law)| law_condition(name, law, &mut definitions)).collect();
-    if let Some(material) = schema.pointer_mut("/$defs/Material").and_then(Value::as_object_mut) {
-        material.insert("allOf".to_owned(), conditions.into());
-    }
-    let law_names: Vec<_> = laws.iter().map(|(name, _)| *name).collect();
-    restrict(&mut schema, "/$defs/Material/properties/law", &law_names);
+    insert_laws(&mut schema, "Material", laws);
     for (table, key, words) in words {
         restrict(&mut schema, &format!("/$defs/{table}/properties/{key}"), words);
     }
+    schema
+}
+
+/// The JSON schema of element tests, with the laws by name.
+pub(crate) fn element_test_schema(laws: &[(&str, Value)]) -> Value {
+    let mut schema = ELEMENT_TEST_KEYS.schema.clone();
+    insert_laws(&mut schema, "TestMaterial", laws);
+    schema
+}
+
+/// Puts the names of the laws, and the schemas of their parameters, into the table of materials.
+fn insert_laws(schema: &mut Value, table: &str, laws: &[(&str, Value)]) {
+    let mut definitions = Map::new();
+    let conditions: Vec<_> = laws.iter().map(|(name, law)| law_condition(name, law, &mut definitions)).collect();
+    if let Some(material) = schema.pointer_mut(&format!("/$defs/{table}")).and_then(Value::as_object_mut) {
+        material.insert("allOf".to_owned(), conditions.into());
+    }
+    let law_names: Vec<_> = laws.iter().map(|(name, _)| *name).collect();
+    restrict(schema, &format!("/$defs/{table}/properties/law"), &law_names);
     if let Some(all) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         all.append(&mut definitions);
     }
-    schema
 }
 
 /// The JSON schema of study files. The names of the exact solutions, with the schemas of their parameters and of the
@@ -142,6 +155,11 @@ pub fn study_key_documentation() -> &'static [KeyDocumentation] {
     &STUDY_KEYS.keys
 }
 
+/// All keys of an element test, tables before what is in them.
+pub fn element_test_key_documentation() -> &'static [KeyDocumentation] {
+    &ELEMENT_TEST_KEYS.keys
+}
+
 /// The keys of one kind of file.
 pub(crate) struct Keys {
     schema: Value,
@@ -150,6 +168,8 @@ pub(crate) struct Keys {
 
 pub(crate) static CASE_KEYS: LazyLock<Keys> = LazyLock::new(|| Keys::of(schemars::schema_for!(Case).to_value()));
 pub(crate) static STUDY_KEYS: LazyLock<Keys> = LazyLock::new(|| Keys::of(schemars::schema_for!(StudyFile).to_value()));
+pub(crate) static ELEMENT_TEST_KEYS: LazyLock<Keys> =
+    LazyLock::new(|| Keys::of(schemars::schema_for!(ElementTestFile).to_value()));
 
 impl Keys {
     fn of(schema: Value) -> Self {

@@ -15,6 +15,7 @@
 // This is the room that talks to the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod element_test;
 mod progress;
 mod study;
 
@@ -28,6 +29,7 @@ use tsutsumi_case::{
     CaseError, CaseSource, Outcome, Registry, ResultsError, RunError, RunOptions, RunSummary, check, run,
 };
 
+use crate::element_test::ElementTestArguments;
 use crate::progress::Display;
 use crate::study::StudyArguments;
 
@@ -54,6 +56,8 @@ enum Command {
     Check(CheckArguments),
     /// Run a study: variants of a case against references, to one table and figures.
     Study(StudyArguments),
+    /// Test a law as a specimen in the laboratory: oedometer, triaxial, simple shear, cyclic.
+    ElementTest(ElementTestArguments),
     /// List the constitutive laws and their parameters.
     Laws,
     /// Print the JSON Schema of case files, for the completion of an editor.
@@ -63,8 +67,11 @@ enum Command {
 #[derive(Debug, Args)]
 struct SchemaArguments {
     /// That of study files instead.
-    #[arg(long)]
+    #[arg(long, conflicts_with = "element_test")]
     study: bool,
+    /// That of element tests instead.
+    #[arg(long)]
+    element_test: bool,
 }
 
 #[derive(Debug, Args)]
@@ -110,7 +117,9 @@ pub fn main_with(registry: &Registry) -> ExitCode {
         Command::Check(arguments) => check_case(&arguments, registry),
         Command::Laws => print(&list_laws(registry)),
         Command::Study(arguments) => study::study(&arguments, registry),
+        Command::ElementTest(arguments) => element_test::element_test(&arguments, registry),
         Command::Schema(arguments) if arguments.study => print(&format!("{:#}", tsutsumi_case::study::schema())),
+        Command::Schema(arguments) if arguments.element_test => print(&format!("{:#}", registry.element_test_schema())),
         Command::Schema(_) => print(&format!("{:#}", registry.schema())),
     };
     ExitCode::from(code)

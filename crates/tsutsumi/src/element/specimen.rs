@@ -71,6 +71,11 @@ impl Specimen {
         self.strain
     }
 
+    /// Counts the strain from here on. Stress and history stay.
+    pub fn zero_strain(&mut self) {
+        self.strain = Sym3::ZERO;
+    }
+
     /// The names of the law's own output quantities.
     pub fn outputs(&self) -> &'static [&'static str] {
         self.group.outputs()

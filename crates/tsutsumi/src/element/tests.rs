@@ -204,7 +204,7 @@ fn stress_amplitudes_reached_by_strain_make_closed_loops() {
     let end = cycles.run(&mut specimen, |specimen, progress| {
         let (strain, stress) = (Condition::SHEAR_STRAIN.of(specimen), Condition::SHEAR_STRESS.of(specimen));
         // From the first turn to the fifth: two loops.
-        if turns.len() >= 1 && turns.len() < 5 {
+        if (1..5).contains(&turns.len()) {
             work += 0.5 * (stress + last.1) * (strain - last.0);
         }
         last = (strain, stress);
