@@ -17,12 +17,18 @@ struct Picture {
     y: String,
     below: Option<(&'static str, bool)>,
     x_scale: AxisScale,
+    from_zero: bool,
     y_down: bool,
     /// The stages that are drawn, from 1.
     stages: Vec<usize>,
 }
 
 impl Picture {
+    /// A path of stress: how far it is from the state without stress is to be seen.
+    fn of_stress(name: &str, x: &str, y: &str, stages: Vec<usize>) -> Self {
+        Picture { from_zero: true, ..Self::new(name, x, y, stages) }
+    }
+
     fn new(name: &str, x: &str, y: &str, stages: Vec<usize>) -> Self {
         Picture {
             name: name.to_owned(),
@@ -30,6 +36,7 @@ impl Picture {
             y: y.to_owned(),
             below: None,
             x_scale: AxisScale::Linear,
+            from_zero: false,
             y_down: false,
             stages,
         }
@@ -56,7 +63,7 @@ fn pictures(file: &ElementTestFile, record: &Record) -> Vec<Picture> {
     let (triaxial, shear) = (of(StageKind::Triaxial), of(StageKind::SimpleShear));
     let mut pictures = compression(file, record, &of);
     if !triaxial.is_empty() {
-        pictures.push(Picture::new("stress-path", "mean_stress", "stress_difference", all.clone()));
+        pictures.push(Picture::of_stress("stress-path", "mean_stress", "stress_difference", all.clone()));
         let changes_volume = stages(&|stage| {
             stage.kind == StageKind::Triaxial
                 && stage.amplitude.is_none()
@@ -67,7 +74,7 @@ fn pictures(file: &ElementTestFile, record: &Record) -> Vec<Picture> {
         pictures.push(Picture { below, ..picture });
     }
     if !shear.is_empty() {
-        pictures.push(Picture::new("shear-stress-path", "axial_stress", "shear_stress", all.clone()));
+        pictures.push(Picture::of_stress("shear-stress-path", "axial_stress", "shear_stress", all.clone()));
         pictures.push(Picture::new("shear-stress-strain", "shear_strain", "shear_stress", shear));
     }
     for (kind, strain, name) in
@@ -85,7 +92,7 @@ fn pictures(file: &ElementTestFile, record: &Record) -> Vec<Picture> {
         }
     }
     if !of(StageKind::Path).is_empty() {
-        pictures.push(Picture::new("path-stresses", "mean_stress", "deviatoric_stress", all.clone()));
+        pictures.push(Picture::of_stress("path-stresses", "mean_stress", "deviatoric_stress", all.clone()));
         pictures.push(Picture::new("path-strains", "deviatoric_strain", "deviatoric_stress", all.clone()));
     }
     pictures.extend(file.figures.iter().map(|figure| Picture {
@@ -135,6 +142,7 @@ fn chart(picture: &Picture, record: &Record) -> LineChart {
         x_label: shown(&picture.x).title,
         y_label: shown(&picture.y).title,
         x_scale: picture.x_scale,
+        from_zero: picture.from_zero,
         y_down: picture.y_down,
         curves: vec![curve(picture, &picture.y, record)],
         below: picture.below.map(|(y, down)| SecondAxis {

@@ -34,7 +34,6 @@ pub(super) struct Executed {
 pub(super) fn execute(file: &ElementTestFile, mut specimen: Specimen, stop: &dyn Fn() -> bool) -> Executed {
     let recorder = Recorder::new(file, &specimen);
     let mut test = Test { every: file.output.every, recorder, stop, water: None, place: Place::default() };
-    test.recorder.write(test.place, &specimen, None);
     let (mut stages, mut outcome) = (Vec::new(), Outcome::Finished);
     for (index, stage) in file.stages.iter().enumerate() {
         test.place = Place { stage: index + 1, increment: 0, cycle: 0.0 };

@@ -111,7 +111,8 @@ pub fn run_element_test(
     let mut writer = Writer { folder: folder.clone(), files: Vec::new() };
     writer.bytes(TEST, Ok(test.source.text().as_bytes().to_vec()))?;
     let executed = execute(&test.file, specimen, stop);
-    writer.test(test, "", &executed)?;
+    writer.record(ELEMENT, &executed)?;
+    writer.figures(test, &executed)?;
     let runs = match (&test.file.resistance, &executed.outcome) {
         (Some(resistance), Outcome::Finished | Outcome::Failed(_)) => {
             let threads = options.threads.or_else(|| std::thread::available_parallelism().ok());
@@ -143,20 +144,23 @@ impl Writer {
         Ok(())
     }
 
-    /// The record and the figures of a test, below a prefix such as `runs/name/`.
-    fn test(&mut self, test: &ElementTest, prefix: &str, executed: &Executed) -> Result<(), ResultsError> {
-        let figures = format!("{prefix}{FIGURES}");
-        make(&self.folder.join(&figures))?;
-        self.bytes(&format!("{prefix}{ELEMENT}"), executed.record.to_csv())?;
-        if test.file.output.figures {
-            let names = draw(&test.file, &executed.record, &self.folder.join(&figures))?;
-            self.remember_figures(&figures, names.iter().map(String::as_str));
+    fn record(&mut self, name: &str, executed: &Executed) -> Result<(), ResultsError> {
+        self.bytes(name, executed.record.to_csv())
+    }
+
+    fn figures(&mut self, test: &ElementTest, executed: &Executed) -> Result<(), ResultsError> {
+        if !test.file.output.figures {
+            return Ok(());
         }
+        let folder = self.folder.join(FIGURES);
+        make(&folder)?;
+        let names = draw(&test.file, &executed.record, &folder)?;
+        self.remember_figures(names.iter().map(String::as_str));
         Ok(())
     }
 
-    fn remember_figures<'a>(&mut self, folder: &str, names: impl Iterator<Item = &'a str>) {
-        self.files.extend(names.flat_map(|name| ["svg", "png"].map(|ending| format!("{folder}/{name}.{ending}"))));
+    fn remember_figures<'a>(&mut self, names: impl Iterator<Item = &'a str>) {
+        self.files.extend(names.flat_map(|name| ["svg", "png"].map(|ending| format!("{FIGURES}/{name}.{ending}"))));
     }
 
     /// The tests of a set, their table and curves.
@@ -166,8 +170,8 @@ impl Writer {
         runs: Vec<ResistanceRun>,
     ) -> Result<Vec<ResistancePoint>, ResultsError> {
         for run in &runs {
-            let prefix = format!("{RUNS}/{}/", run.name);
-            self.test(test, &prefix, &run.executed)?;
+            make(&self.folder.join(RUNS))?;
+            self.record(&format!("{RUNS}/{}.csv", run.name), &run.executed)?;
         }
         let points: Vec<ResistancePoint> = runs.into_iter().map(|run| run.point).collect();
         if let (Some(resistance), false) = (&test.file.resistance, points.is_empty()) {
@@ -175,7 +179,7 @@ impl Writer {
             if test.file.output.figures {
                 let path = self.folder.join(FIGURES).join(RESISTANCE_FIGURE);
                 draw_resistance(&test.file, resistance, &points, &path)?;
-                self.remember_figures(FIGURES, std::iter::once(RESISTANCE_FIGURE));
+                self.remember_figures(std::iter::once(RESISTANCE_FIGURE));
             }
         }
         Ok(points)

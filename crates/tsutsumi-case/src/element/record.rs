@@ -81,7 +81,7 @@ fn written(value: f64, column: &str) -> String {
 /// Where a test is.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub(super) struct Place {
-    /// The stage, from 1; 0 before the first.
+    /// The stage, from 1.
     pub(super) stage: usize,
     /// Increments made in the stage.
     pub(super) increment: usize,
@@ -95,7 +95,8 @@ pub(super) struct Recorder {
     void_ratio: Option<f64>,
     /// The volumetric strain that was set to zero on the way (–).
     forgotten: f64,
-    last: Option<Place>,
+    /// Where the last row is of, with its stress and strain.
+    last: Option<(Place, Sym3, Sym3)>,
 }
 
 impl Recorder {
@@ -110,13 +111,13 @@ impl Recorder {
         specimen.zero_strain();
     }
 
-    /// Writes a row, unless the last one was of the same place.
+    /// Writes a row, unless the last one was the same.
     pub(super) fn write(&mut self, place: Place, specimen: &Specimen, water: Option<ExcessPressure>) {
-        if self.last == Some(place) {
+        let (stress, strain) = (specimen.stress(), specimen.strain());
+        if self.last == Some((place, stress, strain)) {
             return;
         }
-        self.last = Some(place);
-        let (stress, strain) = (specimen.stress(), specimen.strain());
+        self.last = Some((place, stress, strain));
         let of = |condition: Condition| condition.value(stress, strain);
         let mut row = vec![place.stage as f64, place.increment as f64, place.cycle];
         row.extend(components(strain));

@@ -31,7 +31,7 @@ pub struct ResistancePoint {
 /// A test of the set.
 pub(super) struct ResistanceRun {
     pub(super) point: ResistancePoint,
-    /// The name of its folder.
+    /// The name of its file.
     pub(super) name: String,
     pub(super) executed: Executed,
 }

@@ -169,7 +169,7 @@ impl<'a> Checks<'a> {
         let help = format!("write one of {}", list(known));
         match given.as_slice() {
             [(name, _)] if !known.contains(name) && !known.is_empty() => {
-                let message = format!("the kind \"{}\" cannot go to a `{name}`", kind.name());
+                let message = format!("the kind \"{}\" cannot go to `{name}`", kind.name());
                 self.report(place.clone().key(*name), message, help);
             }
             [(name, value)] => self.finite(place, name, Some(*value)),
