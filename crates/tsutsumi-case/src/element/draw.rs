@@ -188,8 +188,12 @@ fn label(criterion: &LiquefactionCriterion, strain: &str) -> String {
     let percent = |value: f64| format!("{} %", (value * 1e4).round() / 100.0);
     match *criterion {
         LiquefactionCriterion { pore_pressure_ratio: Some(ratio), .. } => format!("pore pressure ratio {ratio}"),
-        LiquefactionCriterion { double_strain: Some(value), .. } => format!("{strain} double {}", percent(value)),
-        LiquefactionCriterion { single_strain: Some(value), .. } => format!("{strain} single {}", percent(value)),
+        LiquefactionCriterion { double_strain: Some(value), .. } => {
+            format!("double amplitude of {strain} {}", percent(value))
+        }
+        LiquefactionCriterion { single_strain: Some(value), .. } => {
+            format!("single amplitude of {strain} {}", percent(value))
+        }
         LiquefactionCriterion { .. } => String::new(),
     }
 }
