@@ -42,6 +42,8 @@ picture cryer cryer cryer
 study paper-cases/saturated-column-waves/step-study.toml wave
 picture wave step wave
 study paper-cases/saturated-column-waves/harmonic-study.toml harmonic
+study paper-cases/pressure-noise/study.toml pressure-noise
+for figure in cell stabilised; do picture pressure-noise "$figure" "noise-$figure"; done
 study paper-cases/xie-leo/study.toml xie-leo
 picture xie-leo xie-leo xie-leo
 

@@ -7,6 +7,7 @@ mod cryer;
 mod curves;
 mod mandel;
 mod poroelastic_column;
+mod pressure_noise;
 mod study;
 mod waves;
 mod xie_leo;

@@ -74,8 +74,8 @@ pub fn build<const D: usize>(
     let key = method.key("particle_pressure");
     let particle_pressure = choose(source, key, "particle pressure", name, particle_pressures())?;
     let pressure = build_pressure(case, particle_pressure);
-    let crate::Damping { local, mass } = case.method.damping;
-    let damping = Damping { local, mass };
+    let crate::Damping { local, mass, stiffness } = case.method.damping;
+    let damping = Damping { local, mass, stiffness };
     let volumetric_strain = match case.method.volumetric_strain {
         crate::VolumetricStrain::Pointwise => VolumetricStrain::Pointwise,
         crate::VolumetricStrain::CellAveraged => VolumetricStrain::CellAveraged,
@@ -348,7 +348,8 @@ fn build_pressure<const D: usize>(
         PressureQuadrature::Cell => Quadrature::Cell,
         PressureQuadrature::MaterialPoints => Quadrature::MaterialPoints,
     };
-    Box::new(Coupled::new(fluid, quadrature, case.method.fluid_inertia).with_particle_pressure(particle_pressure))
+    let scheme = Coupled::new(fluid, quadrature, case.method.fluid_inertia);
+    Box::new(scheme.with_particle_pressure(particle_pressure).stabilised(case.method.pressure_stabilisation))
 }
 
 /// The points of the probes: a place for pressures, the nearest particle for displacements.

@@ -160,6 +160,7 @@ const BAD_CASES: &[(&str, Edits)] = &[
     ("gamma and beta", &[("beta = 0.5, gamma = 1.0", "beta = 1.6, gamma = 0.5")]),
     ("share of FLIP above 1", &[("velocity_update = \"mpm1\"", "velocity_update = \"flip\"\nflip_share = 95.0")]),
     ("order zero of XPIC", &[("velocity_update = \"mpm1\"", "velocity_update = \"xpic\"\nxpic_order = 0")]),
+    ("negative order of FMPM", &[("velocity_update = \"mpm1\"", "velocity_update = \"fmpm\"\nfmpm_order = -4")]),
     ("porosity in percent", &[("porosity = 0.4", "porosity = 40")]),
     ("porosity and conductivity missing", &[("porosity = 0.4", ""), ("conductivity = 5.52e-5", "")]),
     ("mixture lighter than its water", &[("density = 1500.0", "density = 300.0")]),
@@ -361,9 +362,10 @@ fn overrides_reach_everything() {
 
 #[test]
 fn damping_is_off_unless_asked_for() {
-    assert_eq!(read(&source(COLUMN)).unwrap().method.damping, Damping { local: 0.0, mass: 0.0 });
+    assert_eq!(read(&source(COLUMN)).unwrap().method.damping, Damping::default());
+    assert_eq!(Damping::default(), Damping { local: 0.0, mass: 0.0, stiffness: 0.0 });
     let damped = source(COLUMN).with_override("method.damping.local=0.7").unwrap();
-    assert_eq!(read(&damped).unwrap().method.damping, Damping { local: 0.7, mass: 0.0 });
+    assert_eq!(read(&damped).unwrap().method.damping, Damping { local: 0.7, ..Damping::default() });
 }
 
 #[test]
@@ -392,8 +394,10 @@ fn bad_overrides_are_explained() {
         &["dimension=3"],
         &["grid={ origin = [0, 0], spacing = [1, 1] }"],
         &["materials.soil.parameters.young=\"stiff\""],
+        &["method.pressure_stabilisation=-1"],
+        &["method.solver=fem", "method.pressure_stabilisation=30"],
         &["method.damping.local=1"],
-        &["method.damping={ local = -0.1, mass = -2.0 }"],
+        &["method.damping={ local = -0.1, mass = -2.0, stiffness = -1e-3 }"],
         &["method.solver=fem", "method.damping.local=0.7"],
         &["method.damping.lokal=0.7"],
         &["method.volumetric_strain=averaged"],

@@ -72,12 +72,7 @@ impl de::Error for Fault {
     }
 
     fn invalid_value(unexpected: Unexpected<'_>, expected: &dyn Expected) -> Self {
-        match unexpected {
-            Unexpected::Signed(value) if value < 0 => {
-                Self::new(FaultKind::WrongType { expected: "a whole number, 0 or more".to_owned() })
-            }
-            _ => Self::invalid_type(unexpected, expected),
-        }
+        Self::invalid_type(unexpected, expected)
     }
 
     fn invalid_length(_: usize, expected: &dyn Expected) -> Self {
@@ -106,6 +101,7 @@ fn plain_words(expected: &str) -> String {
     let words = match expected {
         "f64" | "f32" => "a number",
         "usize" | "u64" | "u32" | "u16" | "u8" => "a whole number, 0 or more",
+        "a nonzero usize" => "a whole number, 1 or more",
         "isize" | "i64" | "i32" | "i16" | "i8" => "a whole number",
         "a boolean" => "true or false",
         "a string" => "a string in double quotes",

@@ -17,7 +17,7 @@ use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
 use tsutsumi::solver::{StressFirst, StressLast, StressModifiedLast, StressOrder};
 use tsutsumi::tensor::Sym3;
 use tsutsumi::transfer::Transfer;
-use tsutsumi::velocity::{Apic, Flip, Mpm1, Mpm2, VelocityUpdate, Xpic};
+use tsutsumi::velocity::{Apic, Flip, Fmpm, Mpm1, Mpm2, Tpic, VelocityUpdate, Xpic};
 
 use crate::json_schema::element_test_schema;
 use crate::schema::Method;
@@ -41,7 +41,9 @@ pub fn velocity_updates<const D: usize>(method: &Method) -> Vec<(&'static str, B
         ("mpm2", Box::new(Mpm2)),
         ("flip", Box::new(Flip { share: method.flip_share })),
         ("apic", Box::new(Apic::default())),
+        ("tpic", Box::new(Tpic::default())),
         ("xpic", Box::new(Xpic::new(method.xpic_order))),
+        ("fmpm", Box::new(Fmpm::new(method.fmpm_order))),
     ]
 }
 
@@ -188,6 +190,11 @@ fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
         LawError::Parameter { name, value, expected } => {
             let key = parameters.key(name);
             let message = format!("`{key}` must be {expected}, not {value}");
+            request.source.invalid(key, message, "")
+        }
+        LawError::Setting { name, message } => {
+            let key = parameters.key(name);
+            let message = format!("`{key}`: {message}");
             request.source.invalid(key, message, "")
         }
         other => request.source.invalid(parameters, other.to_string(), ""),

@@ -108,8 +108,9 @@ pub struct Method {
     /// `"bspline2"` and `"bspline3"`. All but `"linear"` need three cells along each axis.
     pub shape: String,
     /// How particle velocities follow the grid: `"mpm1"` by the nodal acceleration, `"mpm2"` by the nodal velocity, `"flip"` by a
-    /// blend of the two, `"apic"` by the nodal velocity and how it varies around them, `"xpic"` by the nodal acceleration, with a
-    /// filter for what the grid cannot see.
+    /// blend of the two, `"apic"` by the nodal velocity and how it varies around them, `"tpic"` by the nodal velocity and its
+    /// gradient, `"xpic"` by the nodal acceleration, with a filter for what the grid cannot see, `"fmpm"` by the nodal velocity of a
+    /// full mass matrix.
     pub velocity_update: String,
     /// The share of `"mpm1"` in `"flip"` (–); the rest is `"mpm2"`. Other updates do not use it.
     #[schemars(range(min = 0, max = 1))]
@@ -120,6 +121,9 @@ pub struct Method {
     /// When in a step the stresses follow the strains: `"last"`, after the nodes have moved, as in the paper; `"first"`, before the forces;
     /// `"modified-last"`, after the new velocities of the points have been mapped to the nodes once more (MUSL).
     pub stress_order: String,
+    /// The order k of `"fmpm"` (–): 1 is `"mpm2"`, a larger one damps less. Other updates do not use it.
+    #[schemars(range(min = 1))]
+    pub fmpm_order: NonZeroUsize,
     /// Where the volume and storage of a pressure cell are taken from.
     pub pressure_quadrature: PressureQuadrature,
     /// How the pressure of a cell comes back to its points, who take it along into other cells: `"cell"` as it is, as in the paper;
@@ -129,6 +133,10 @@ pub struct Method {
     pub newmark: Newmark,
     /// Whether the acceleration of the mixture enters Darcy's law.
     pub fluid_inertia: bool,
+    /// Stabilisation of the pressure (–): in a checkerboard the water is 1 + 16 times this number as compressible as elsewhere. 0, by
+    /// default, is none; 30 is recommended for nearly impermeable ground whose cells show a checkerboard.
+    #[schemars(range(min = 0))]
+    pub pressure_stabilisation: f64,
     /// Damping, for problems of which only the state of rest is wanted. None by default.
     pub damping: Damping,
     /// Where the volume change of a material point comes from: `"cell-averaged"` against locking of nearly incompressible ground.
@@ -154,7 +162,7 @@ pub enum PressureQuadrature {
     /// The whole cell, as in the paper.
     #[default]
     Cell,
-    /// The material points in the cell: better where a surface moves through cells.
+    /// The material points in the cell: better where a surface moves through cells, and with B-splines.
     MaterialPoints,
 }
 
@@ -180,6 +188,10 @@ pub struct Damping {
     /// Resistance per mass and velocity (1/s): a mode of f Hz has the damping ratio of this number over 4πf.
     #[schemars(range(min = 0))]
     pub mass: f64,
+    /// Viscosity of the skeleton, a time (s): a mode of f Hz has the damping ratio of π f times this number. It takes out noise of
+    /// high frequency, also of waves, and shortens the longest stable step.
+    #[schemars(range(min = 0))]
+    pub stiffness: f64,
 }
 
 /// The Newmark parameters of the coupled solution.
@@ -636,9 +648,11 @@ impl Default for Method {
             velocity_update: "mpm1".to_owned(),
             flip_share: 0.95,
             xpic_order: const { NonZeroUsize::new(5).unwrap() },
+            fmpm_order: const { NonZeroUsize::new(4).unwrap() },
             pressure_quadrature: PressureQuadrature::default(),
             newmark: Newmark::default(),
             fluid_inertia: true,
+            pressure_stabilisation: 0.0,
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
             stress_order: "last".into(),

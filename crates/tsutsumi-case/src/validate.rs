@@ -219,6 +219,7 @@ impl<'a> Checks<'a> {
             let message = format!("`method.flip_share` must be between 0 and 1, not {}", number(share));
             self.report("method.flip_share", message, "1 is `mpm1`, 0 is `mpm2`");
         }
+        self.pressure_stabilisation();
         self.damping();
         self.volumetric_strain();
         if self.case.method.solver == SolverKind::Fem {
@@ -227,6 +228,18 @@ impl<'a> Checks<'a> {
             let message = format!("`method.newmark.gamma` must be 1, not {}", number(gamma));
             let help = "any other value needs the acceleration at the beginning of the step, which material points do not carry";
             self.report("method.newmark.gamma", message, help);
+        }
+    }
+
+    fn pressure_stabilisation(&mut self) {
+        let softening = self.case.method.pressure_stabilisation;
+        let key = "method.pressure_stabilisation";
+        if !(softening >= 0.0 && softening.is_finite()) {
+            let message = format!("`{key}` must be a finite number, 0 or more, not {}", number(softening));
+            self.report(key, message, "0 is none, 30 is recommended where the pressure shows a checkerboard");
+        } else if softening > 0.0 && self.case.method.solver == SolverKind::Fem {
+            let help = format!("take `{key}` out, or take `method.solver` = \"mpm\"");
+            self.report(key, "finite elements have no stabilisation of the pressure", help);
         }
     }
 
@@ -242,6 +255,13 @@ impl<'a> Checks<'a> {
                 format!("`method.damping.mass` must be a finite number, 0 or more, not {}", number(damping.mass));
             let help = "it is in 1/s: twice the slowest angular frequency stops the motion soonest";
             self.report("method.damping.mass", message, help);
+        }
+        if !(damping.stiffness >= 0.0 && damping.stiffness.is_finite()) {
+            let message = format!(
+                "`method.damping.stiffness` must be a finite number, 0 or more, not {}",
+                number(damping.stiffness)
+            );
+            self.report("method.damping.stiffness", message, "it is in s: a fraction of the time step is usual");
         }
         if self.case.method.solver == SolverKind::Fem && damping != Damping::default() {
             let help = "take [method.damping] out, or take `method.solver` = \"mpm\"";

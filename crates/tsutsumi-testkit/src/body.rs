@@ -75,6 +75,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     quadrature: Quadrature,
     fluid_inertia: bool,
     gravity: f64,
+    pressure_stabilisation: f64,
     damping: Damping,
     volumetric_strain: VolumetricStrain,
     stress_order: Box<dyn StressOrder>,
@@ -89,6 +90,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     stress: Field<Sym3, D>,
     pressure: Field<f64, D>,
     velocity: Field<Vector<D>, D>,
+    moved: Field<Vector<D>, D>,
 }
 
 impl<const D: usize> Body<D> {
@@ -107,6 +109,7 @@ impl<const D: usize> Body<D> {
             quadrature: Quadrature::MaterialPoints,
             fluid_inertia: true,
             gravity: 0.0,
+            pressure_stabilisation: 0.0,
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
             stress_order: Box::new(StressLast),
@@ -121,6 +124,7 @@ impl<const D: usize> Body<D> {
             stress: Box::new(|_| Sym3::ZERO),
             pressure: Box::new(|_| 0.0),
             velocity: Box::new(|_| Vector::zeros()),
+            moved: Box::new(|position| position),
         }
     }
 
@@ -153,6 +157,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             quadrature: self.quadrature,
             fluid_inertia: self.fluid_inertia,
             gravity: self.gravity,
+            pressure_stabilisation: self.pressure_stabilisation,
             damping: self.damping,
             volumetric_strain: self.volumetric_strain,
             shape: self.shape,
@@ -167,6 +172,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             stress: self.stress,
             pressure: self.pressure,
             velocity: self.velocity,
+            moved: self.moved,
         }
     }
 
@@ -219,6 +225,12 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         self
     }
 
+    /// The stabilisation of the pressure's checkerboard, see [`Coupled::stabilised`]; it starts with none.
+    pub fn pressure_stabilisation(mut self, softening: f64) -> Self {
+        self.pressure_stabilisation = softening;
+        self
+    }
+
     /// The damping of the nodes' motion; it starts with none.
     pub fn damping(mut self, damping: Damping) -> Self {
         self.damping = damping;
@@ -233,15 +245,27 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
 
     /// How the cells' pressures come back to the particles; as in the paper without it.
     #[must_use]
-    pub fn particle_pressure(mut self, particle_pressure: impl ParticlePressure<D> + 'static) -> Self {
-        self.particle_pressure = Box::new(particle_pressure);
+    pub fn particle_pressure(self, particle_pressure: impl ParticlePressure<D> + 'static) -> Self {
+        self.boxed_particle_pressure(Box::new(particle_pressure))
+    }
+
+    /// The same for one that is chosen at run time.
+    #[must_use]
+    pub fn boxed_particle_pressure(mut self, particle_pressure: Box<dyn ParticlePressure<D>>) -> Self {
+        self.particle_pressure = particle_pressure;
         self
     }
 
     /// When the stresses follow the strains; last without it.
     #[must_use]
-    pub fn stress_order(mut self, stress_order: impl StressOrder + 'static) -> Self {
-        self.stress_order = Box::new(stress_order);
+    pub fn stress_order(self, stress_order: impl StressOrder + 'static) -> Self {
+        self.boxed_stress_order(Box::new(stress_order))
+    }
+
+    /// The same for one that is chosen at run time.
+    #[must_use]
+    pub fn boxed_stress_order(mut self, stress_order: Box<dyn StressOrder>) -> Self {
+        self.stress_order = stress_order;
         self
     }
 
@@ -251,9 +275,21 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         self
     }
 
+    /// A velocity update chosen at run time.
+    pub fn boxed_velocity_update(mut self, velocity_update: Box<dyn VelocityUpdate<D>>) -> Self {
+        self.velocity_update = velocity_update;
+        self
+    }
+
     /// The shape function; it starts with the linear one.
     pub fn shape(mut self, shape: impl Transfer<D> + 'static) -> Self {
         self.shape = Box::new(shape);
+        self
+    }
+
+    /// A shape function chosen at run time.
+    pub fn boxed_shape(mut self, shape: Box<dyn Transfer<D>>) -> Self {
+        self.shape = shape;
         self
     }
 
@@ -325,6 +361,12 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         self
     }
 
+    /// Puts particles elsewhere than at the centres of their boxes (m), where all other fields are taken.
+    pub fn moved(mut self, moved: impl Fn(Vector<D>) -> Vector<D> + 'static) -> Self {
+        self.moved = Box::new(moved);
+        self
+    }
+
     /// The body on its grid.
     #[expect(clippy::expect_used, reason = "a testkit reports by panicking")]
     pub fn build(self) -> Solver<D> {
@@ -339,9 +381,11 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         let particles = self.particles();
         let boundary = self.boundary(&particles);
         let pressure: Box<dyn PressureScheme<D>> = match self.fluid {
-            Some(fluid) => Box::new(
-                Coupled::new(fluid, self.quadrature, self.fluid_inertia).with_particle_pressure(self.particle_pressure),
-            ),
+            Some(fluid) => {
+                let scheme = Coupled::new(fluid, self.quadrature, self.fluid_inertia);
+                let scheme = scheme.with_particle_pressure(self.particle_pressure);
+                Box::new(scheme.stabilised(self.pressure_stabilisation))
+            }
             None => Box::new(Dry),
         };
         let group = Group::new("soil", self.law, 0..particles.len(), &particles.stress);
@@ -377,7 +421,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
                 self.from[axis] + size[axis] * (index as f64 + 0.5)
             });
             particles.push(Particle {
-                position,
+                position: (self.moved)(position),
                 half_size: size * 0.5,
                 velocity: (self.velocity)(position),
                 density: self.density,

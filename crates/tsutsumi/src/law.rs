@@ -77,6 +77,20 @@ pub enum LawError {
         /// The range that was expected, in words.
         expected: &'static str,
     },
+    /// A parameter that is not a plain number is wrong.
+    #[error("`{name}`: {message}")]
+    Setting {
+        /// The name of the parameter, as users write it.
+        name: &'static str,
+        /// What is wrong with it.
+        message: String,
+    },
+    /// A law outside this library refused.
+    #[error("{message}")]
+    Foreign {
+        /// What it said.
+        message: String,
+    },
     /// The stress at the end of the step is infinite or not a number.
     #[error("the stress is not finite after the strain increment {strain}")]
     NotFinite {

@@ -3,6 +3,7 @@
 //! A [`PressureScheme`] turns nodal forces into cell pressures and nodal accelerations. [`Coupled`] is the paper's: both
 //! equations solved together, the accelerations eliminated. [`Dry`] is for ground without water.
 
+mod checkerboard;
 mod conjugate_gradient;
 mod coupled;
 mod dry;
@@ -120,6 +121,12 @@ pub trait PressureScheme<const D: usize>: Send {
 
     /// Step 11: the cells' pressures back to the particles.
     fn cells_to_particles(&mut self, at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>);
+
+    /// Whether the pressure of the cells resists every short wave that it can see, as it does without stabilisation. Where it does
+    /// not, the step is limited as in dry ground.
+    fn holds_short_waves(&self) -> bool {
+        true
+    }
 
     /// The time step limit (s) of compression that the water takes part in, for the particles `group`; `None` without
     /// water: then the drained wave speed governs.

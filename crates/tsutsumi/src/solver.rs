@@ -5,6 +5,7 @@ mod error;
 mod limits;
 mod motion;
 mod stress_order;
+mod viscosity;
 
 pub use dilation::VolumetricStrain;
 pub use error::StepError;
@@ -121,7 +122,8 @@ impl<const D: usize> Solver<D> {
         let active = ActiveSet::new(&parts.grid);
         let nodes = NodeFields::new(&parts.grid);
         let cells = CellFields::new(&parts.grid);
-        let motion = Motion::new(parts.volumetric_strain, &parts.grid);
+        let Parts { grid, particles, volumetric_strain, damping, .. } = &parts;
+        let motion = Motion::new(grid, particles, *volumetric_strain, *damping);
         let mut solver = Solver { parts, active, nodes, cells, motion, clock: Clock::default(), outflow: 0.0 };
         solver.locate()?;
         let Solver { parts, active, cells, clock, .. } = &mut solver;
@@ -160,12 +162,12 @@ impl<const D: usize> Solver<D> {
         let at = StepView { grid, active, transfer: &**shape, gravity, damping, dt, time: after.time() };
 
         // 3. Masses and velocities of the nodes, Eq. (10); with them the force of the effective stress.
-        nodes.map(&at, particles, &**velocity_update, boundary);
+        motion.map(&at, particles, &**velocity_update, boundary, nodes);
         let mut failure = None;
         for &pass in stress_order.before_forces() {
             let followers = Followers { particles, groups, velocity_update: &**velocity_update };
             failure = failure.or(motion.follow(pass, &at, nodes, followers));
-            nodes.map(&at, particles, &**velocity_update, boundary);
+            motion.map(&at, particles, &**velocity_update, boundary, nodes);
         }
 
         // 4. Gravity and loads on the nodes: the right side of Eq. (5).
@@ -279,28 +281,6 @@ impl<const D: usize> Solver<D> {
 }
 
 impl<const D: usize> NodeFields<D> {
-    /// Step 3: masses, velocities and the force of the effective stress.
-    fn map(
-        &mut self,
-        at: &StepView<D>,
-        particles: &Particles<D>,
-        velocity_update: &dyn VelocityUpdate<D>,
-        boundary: &Boundary<D>,
-    ) {
-        self.clear(at.active);
-        at.transfer.particles_to_nodes(at.grid, particles, self);
-        velocity_update.add_momentum(at.grid, at.transfer, particles, &mut self.velocity_old);
-        boundary.hold(at.active, self);
-        self.momentum_to_velocity(at.active);
-    }
-
-    /// v_I = Σ M_p V_p N_I / m_I; zero where a support holds, one for all nodes that move as one.
-    fn momentum_to_velocity(&mut self, active: &ActiveSet) {
-        let mut field = std::mem::take(&mut self.velocity_old);
-        self.momenta_to_velocities(active, &mut field);
-        self.velocity_old = field;
-    }
-
     /// Adds m_I b to the forces.
     fn add_gravity(&mut self, active: &ActiveSet, gravity: Vector<D>) {
         for &node in active.nodes() {

@@ -141,6 +141,22 @@ pub trait Transfer<const D: usize>: Send + Sync {
         momentum: &mut [Vector<D>],
     );
 
+    /// Adds the momenta of motions with these gradients (1/s, component ij = ∂v_i/∂x_j) around the particles to those of the
+    /// nodes (kg m/s).
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// Σ_p M_p N_I(X_p) ∇v_p (x_I − X_p)
+    /// ```
+    fn spread_gradients(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        gradients: &[Matrix<D>],
+        momentum: &mut [Vector<D>],
+    );
+
     /// The operator node → cell of the volume change, exact over the whole cell (the paper).
     ///
     /// # Equation
@@ -421,6 +437,21 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
             stencil.visit::<S>(|_, node, value, _| {
                 let arm = grid.node_position(node) - particles.position[p];
                 momentum[node] += moment * arm.component_mul(&inverse) * value;
+            });
+        }
+    }
+
+    fn spread_gradients(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        gradients: &[Matrix<D>],
+        momentum: &mut [Vector<D>],
+    ) {
+        for (p, gradient) in gradients.iter().enumerate() {
+            let gradient = gradient * particles.mass[p];
+            Stencil::of_particle(self, grid, particles, p).visit::<S>(|_, node, value, _| {
+                momentum[node] += gradient * (grid.node_position(node) - particles.position[p]) * value;
             });
         }
     }

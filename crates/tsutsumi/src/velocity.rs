@@ -2,14 +2,19 @@
 
 mod apic;
 mod flip;
+mod fmpm;
 mod mpm1;
 mod mpm2;
+mod series;
+mod tpic;
 mod xpic;
 
 pub use apic::Apic;
 pub use flip::Flip;
+pub use fmpm::Fmpm;
 pub use mpm1::Mpm1;
 pub use mpm2::Mpm2;
+pub use tpic::Tpic;
 pub use xpic::Xpic;
 
 use crate::grid::{ActiveSet, Grid, NodeFields};

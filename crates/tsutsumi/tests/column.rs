@@ -110,7 +110,7 @@ where
 }
 
 /// Of splines the whole-cell K_v is exact across the layer, while the masses are sums over the particles: the two agree only as
-/// far as those sums do, to 3e-4 of the pressure with two particles per cell. Linear functions and boxes make them the same.
+/// far as those sums do, which `tests/dimensions` measures. Linear functions and boxes make them the same.
 #[test]
 fn a_layer_is_the_same_in_every_dimension_with_every_shape_function() {
     use Quadrature::{Cell, MaterialPoints};

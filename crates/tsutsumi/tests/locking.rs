@@ -44,7 +44,7 @@ fn amplitude(poisson: f64, width: usize, averaged: bool) -> f64 {
     let body = Body::<2>::layer(HEIGHT, WIDTH / width as f64, width)
         .dry()
         .law(law)
-        .damping(Damping { local: 0.0, mass })
+        .damping(Damping { mass, ..Damping::default() })
         .load_varying(top::<2>(), move |x| down(LOAD * (number * x[0]).cos()));
     let mut solver = if averaged { body.cell_averaged() } else { body }.build();
     let carriers = outermost(solver.particles(), top::<2>());

@@ -19,6 +19,7 @@ use super::{CellOnAxis, ShapeFunction, Weights};
 /// # Reference
 ///
 /// S. G. Bardenhagen and E. M. Kober (2004), Comput. Model. Eng. Sci. 5, 477–495.
+// ANCHOR: shape
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Gimp;
 
@@ -37,3 +38,4 @@ impl ShapeFunction for Gimp {
         box_weights(at, position, half_size)
     }
 }
+// ANCHOR_END: shape

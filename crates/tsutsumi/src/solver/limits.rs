@@ -40,7 +40,11 @@ impl fmt::Display for Governing {
 /// there are nodes beyond the surface that no pressure holds: the hourglass limit holds in 1-D too. For splines Σ_I |∇N_I|²/N_I is
 /// at most 6 D/h² (quadratic) and 3.2 D/h² (cubic) wherever a particle is, but in the cells at the ends of the grid.
 ///
-/// With the volume change averaged over cells, the hourglass limit of linear shape functions has 2 G (1 − 1/D) for E_oed.
+/// With the volume change averaged over cells, the hourglass limit of linear shape functions has 2 G (1 − 1/D) for E_oed,
+/// unless the damping has a part by stiffness: where consolidation and shear limit the step alike, their sum does then.
+///
+/// A stabilised checkerboard lets the water give way in the shortest waves: the limit of compression then holds with water too, in
+/// 2-D and 3-D.
 ///
 /// Damping shortens the limits of hourglass and compression, see [`Damping`](crate::damping::Damping).
 ///
@@ -117,8 +121,13 @@ pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) ->
         match parts.pressure.consolidation_limit(at, particles, range, p_wave) {
             Some(limit) => {
                 limits.consolidation = limits.consolidation.min(limit);
-                if D > 1 || reaches_beyond_cells {
-                    let averaged = parts.volumetric_strain == VolumetricStrain::CellAveraged && !reaches_beyond_cells;
+                if D > 1 && !parts.pressure.holds_short_waves() {
+                    limits.skeleton = limits.skeleton.min(lightness * wave_limit(2.0 * stiffness));
+                } else if D > 1 || reaches_beyond_cells {
+                    // A viscous skeleton leaves no slack to modes that consolidate and shear at once.
+                    let averaged = parts.volumetric_strain == VolumetricStrain::CellAveraged
+                        && !reaches_beyond_cells
+                        && parts.damping.stiffness == 0.0;
                     let inside = if averaged { shear_stiffness(s_wave, D as f64) } else { stiffness };
                     limits.skeleton = limits.skeleton.min(lightness * wave_limit(inside));
                 }

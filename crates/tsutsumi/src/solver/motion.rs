@@ -1,8 +1,11 @@
 use super::dilation::{Dilation, VolumetricStrain};
 use super::error::StepError;
 use super::stress_order::{NodalVelocity, Pass};
+use super::viscosity::Viscosity;
+use crate::boundary::Boundary;
+use crate::damping::Damping;
 
-use crate::grid::{Grid, NodeFields};
+use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::law::{Increment, MaterialGroup};
 use crate::particles::Particles;
 use crate::pressure::StepView;
@@ -13,6 +16,7 @@ use crate::velocity::VelocityUpdate;
 /// Steps 8 to 10: what the motion of the nodes does to the particles. Holds the work arrays.
 pub(super) struct Motion<const D: usize> {
     dilation: Dilation,
+    viscosity: Viscosity,
     at_particles: Vec<Gathered<D>>,
     increments: Vec<Increment>,
     porosities: Vec<f64>,
@@ -30,15 +34,39 @@ pub(super) struct Followers<'a, const D: usize> {
 }
 
 impl<const D: usize> Motion<D> {
-    pub(super) fn new(volumetric_strain: VolumetricStrain, grid: &Grid<D>) -> Self {
+    pub(super) fn new(
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        volumetric_strain: VolumetricStrain,
+        damping: Damping,
+    ) -> Self {
         Motion {
             dilation: Dilation::new(volumetric_strain, grid),
+            viscosity: Viscosity::new(damping.stiffness, &particles.stress),
             at_particles: vec![Gathered::default(); BLOCK],
             increments: vec![Increment::default(); BLOCK],
             porosities: vec![0.0; BLOCK],
             mapped: Vec::new(),
             strain_energy: 0.0,
         }
+    }
+
+    /// Step 3: masses, velocities and the force of the effective stress at the nodes.
+    pub(super) fn map(
+        &mut self,
+        at: &StepView<D>,
+        particles: &mut Particles<D>,
+        velocity_update: &dyn VelocityUpdate<D>,
+        boundary: &Boundary<D>,
+        nodes: &mut NodeFields<D>,
+    ) {
+        nodes.clear(at.active);
+        self.viscosity.swap(&mut particles.stress);
+        at.transfer.particles_to_nodes(at.grid, particles, nodes);
+        self.viscosity.swap(&mut particles.stress);
+        velocity_update.add_momentum(at.grid, at.transfer, particles, &mut nodes.velocity_old);
+        boundary.hold(at.active, nodes);
+        nodes.momentum_to_velocity(at.active);
     }
 
     /// One pass over the particles. Returns the first failure of a law.
@@ -53,7 +81,7 @@ impl<const D: usize> Motion<D> {
         if pass.stress == Some(NodalVelocity::Mapped) {
             self.map_again(at, nodes, particles, velocity_update);
         }
-        let Motion { dilation, at_particles, increments, porosities, mapped, strain_energy } = self;
+        let Motion { dilation, viscosity, at_particles, increments, porosities, mapped, strain_energy } = self;
         let strained_by: Option<&[Vector<D>]> = pass.stress.map(|field| match field {
             NodalVelocity::Old => &nodes.velocity_old[..],
             NodalVelocity::New => &nodes.velocity[..],
@@ -87,7 +115,9 @@ impl<const D: usize> Motion<D> {
                     // 9. Effective stresses by the constitutive law.
                     let stresses = &mut particles.stress[block.clone()];
                     let volumes = &particles.volume[block.clone()];
+                    viscosity.remember(block.clone(), stresses, increments);
                     let outcome = group.update_block(start - all.start, stresses, increments, volumes);
+                    viscosity.resist(block.clone(), stresses, at.damping.stiffness / at.dt);
                     *strain_energy += outcome.work;
                     if let (None, Some((p, source))) = (&failure, outcome.failure) {
                         let particle = start + p;
@@ -144,6 +174,15 @@ impl<const D: usize> Motion<D> {
 fn strain_increments<const D: usize>(at_particles: &[Gathered<D>], dt: f64, increments: &mut [Increment]) {
     for (at, increment) in at_particles.iter().zip(increments) {
         *increment = Increment::of(&embed(&(at.velocity_gradient * dt))).within(dt);
+    }
+}
+
+impl<const D: usize> NodeFields<D> {
+    /// v_I = Σ M_p V_p N_I / m_I; zero where a support holds, one for all nodes that move as one.
+    fn momentum_to_velocity(&mut self, active: &ActiveSet) {
+        let mut field = std::mem::take(&mut self.velocity_old);
+        self.momenta_to_velocities(active, &mut field);
+        self.velocity_old = field;
     }
 }
 

@@ -1,5 +1,6 @@
 use std::num::NonZeroUsize;
 
+use super::series::Series;
 use super::{Gathered, VelocityUpdate};
 use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::particles::Particles;
@@ -31,42 +32,13 @@ use crate::transfer::Transfer;
 /// Computer Methods in Applied Mechanics and Engineering 318 (2017) 724–738 (cited from memory, not re-read).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Xpic<const D: usize> {
-    order: NonZeroUsize,
-    /// (I − S⁺ S)^k S⁺ V of the nodes (m/s).
-    term: Vec<Vector<D>>,
-    /// S⁺ S of the term (m/s), its momentum while sums are made.
-    seen: Vec<Vector<D>>,
-    /// The sum of the terms (m/s).
-    sum: Vec<Vector<D>>,
+    series: Series<D>,
 }
 
 impl<const D: usize> Xpic<D> {
     /// XPIC of an order m.
     pub fn new(order: NonZeroUsize) -> Self {
-        Xpic { order, term: Vec::new(), seen: Vec::new(), sum: Vec::new() }
-    }
-
-    /// The next term: what S⁺ S sees of the last one is taken away. It passes through the velocities of the
-    /// particles, which S Σ_k replaces at the end.
-    fn next_term(
-        &mut self,
-        grid: &Grid<D>,
-        active: &ActiveSet,
-        transfer: &dyn Transfer<D>,
-        nodes: &NodeFields<D>,
-        particles: &mut Particles<D>,
-    ) {
-        for &node in active.nodes() {
-            self.seen[node as usize] = Vector::zeros();
-        }
-        take_velocities(grid, transfer, &self.term, particles);
-        transfer.spread_momentum(grid, particles, &mut self.seen);
-        nodes.momenta_to_velocities(active, &mut self.seen);
-        for &node in active.nodes() {
-            let node = node as usize;
-            self.term[node] -= self.seen[node];
-            self.sum[node] += self.term[node];
-        }
+        Xpic { series: Series::new(order) }
     }
 }
 
@@ -85,24 +57,6 @@ impl<const D: usize> VelocityUpdate<D> for Xpic<D> {
         nodes: &NodeFields<D>,
         particles: &mut Particles<D>,
     ) {
-        self.seen.resize(nodes.velocity_old.len(), Vector::zeros());
-        self.term.clone_from(&nodes.velocity_old);
-        self.sum.clone_from(&nodes.velocity_old);
-        for _ in 1..self.order.get() {
-            self.next_term(grid, active, transfer, nodes, particles);
-        }
-        take_velocities(grid, transfer, &self.sum, particles);
+        self.series.give_to_particles(grid, active, transfer, nodes, &nodes.velocity_old, particles);
     }
-}
-
-/// V_p ← (S v)_p for velocities v of the nodes (m/s).
-fn take_velocities<const D: usize>(
-    grid: &Grid<D>,
-    transfer: &dyn Transfer<D>,
-    at_nodes: &[Vector<D>],
-    particles: &mut Particles<D>,
-) {
-    let mut velocities = std::mem::take(&mut particles.velocity);
-    transfer.interpolate(grid, particles, at_nodes, &mut velocities);
-    particles.velocity = velocities;
 }

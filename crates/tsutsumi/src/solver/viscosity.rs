@@ -1,0 +1,77 @@
+use std::ops::Range;
+
+use crate::law::Increment;
+use crate::tensor::{Sym3, Vector, rotation};
+
+/// The stress that the nodes feel with stiffness-proportional damping: the effective stress and the resistance to its change.
+///
+/// # Equation
+///
+/// ```text
+/// σ'_f = σ' + β Δσ'/Δt        Δσ' = σ' − R σ'|t Rᵀ, the last increment of the law, R the rotation of the step
+/// ```
+///
+/// A rigid rotation is not resisted. Without damping there is no such stress and the particles' own is used.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Viscosity {
+    /// σ'_f of every particle (Pa); empty without damping. While forces are summed it holds the particles' σ'.
+    felt: Vec<Sym3>,
+}
+
+impl Viscosity {
+    /// Room for particles with these stresses (Pa), at rest so far, if β = `stiffness` (s) is not zero.
+    pub(super) fn new(stiffness: f64, stresses: &[Sym3]) -> Self {
+        Viscosity { felt: if stiffness > 0.0 { stresses.to_vec() } else { Vec::new() } }
+    }
+
+    /// Puts the stress that the nodes feel in the particles' place; a second call puts back the particles' own, bit by bit.
+    pub(super) fn swap(&mut self, stresses: &mut Vec<Sym3>) {
+        if !self.felt.is_empty() {
+            std::mem::swap(&mut self.felt, stresses);
+        }
+    }
+
+    /// Before the law of a block: keeps the old stresses (Pa), turned as the law will turn them.
+    pub(super) fn remember(&mut self, block: Range<usize>, stresses: &[Sym3], increments: &[Increment]) {
+        if self.felt.is_empty() {
+            return;
+        }
+        for ((felt, stress), increment) in self.felt[block].iter_mut().zip(stresses).zip(increments) {
+            let turns = increment.spin != Vector::<3>::zeros();
+            *felt = if turns { stress.rotated(&rotation(&increment.spin)) } else { *stress };
+        }
+    }
+
+    /// After the law of a block: adds the resistance to the new stresses (Pa). `duration` is β/Δt (–).
+    pub(super) fn resist(&mut self, block: Range<usize>, stresses: &[Sym3], duration: f64) {
+        if self.felt.is_empty() {
+            return;
+        }
+        for (felt, &stress) in self.felt[block].iter_mut().zip(stresses) {
+            *felt = stress + (stress - *felt) * duration;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn growth_is_resisted_and_rotation_is_not() {
+        let old = Sym3::diagonal(-10.0, -20.0, -30.0);
+        let spin = Vector::<3>::new(0.0, 0.0, 0.01);
+        let turned = old.rotated(&rotation(&spin));
+        let mut stresses = vec![turned, old * 1.5];
+        let mut viscosity = Viscosity::new(0.1, &[old; 2]);
+        let increments = [Increment { spin, ..Increment::default() }, Increment::default()];
+        viscosity.remember(0..2, &[old; 2], &increments);
+        viscosity.resist(0..2, &stresses, 4.0);
+        let own = stresses.clone();
+        viscosity.swap(&mut stresses);
+        // The first only turned; the second grew by half of the old, four times that is added.
+        assert_eq!(stresses, [turned, old * 3.5]);
+        viscosity.swap(&mut stresses);
+        assert_eq!(stresses, own);
+    }
+}
