@@ -348,7 +348,6 @@ fn the_schema_accepts_the_examples_and_refuses_what_the_program_refuses() {
 const BAD_TESTS: &[(&str, &[(&str, &str)])] = &[
     ("unknown key", &[("settling = 0.1", "settling = 0.1, setling = 0.2")]),
     ("unknown key of a stage", &[("drainage = ", "dranage = ")]),
-    ("unknown law", &[("law = \"slider\"", "law = \"slidder\"")]),
     ("missing parameter", &[("spring = 2.0e6, ", "")]),
     ("unknown kind", &[("\"isotropic\"", "\"isotropc\"")]),
     ("no stages", &[("[[stages]]\nkind = \"isotropic\"", "[[x]]\nkind = \"isotropic\""), ("[[stages]]", "[[x]]")]),
@@ -388,6 +387,14 @@ fn bad_tests_are_told_with_place_and_cure() {
     settings.set_omit_expression(true);
     settings.set_snapshot_path("tests/snapshots");
     settings.bind(|| insta::assert_snapshot!("bad_tests", gallery));
+}
+
+/// Apart from the gallery: the list of laws grows.
+#[test]
+fn an_unknown_law_is_told() {
+    let text = edited(&[("law = \"slider\"", "law = \"slidder\"")]);
+    let error = ElementTest::from_text("test.toml", &text, &registry()).unwrap_err().render(false);
+    assert!(error.contains("test.toml:5:7") && error.contains("did you mean `slider`?"), "{error}");
 }
 
 #[test]

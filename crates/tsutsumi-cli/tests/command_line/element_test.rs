@@ -58,7 +58,7 @@ fn a_wrong_file_and_a_taken_folder_are_refused() {
     let ended = desk.tsutsumi(&["element-test", "below/shear.toml"]);
     assert_eq!((ended.code, ended.stdout.as_str()), (Some(2), ""));
     assert!(
-        ended.stderr.contains("below/shear.toml:6:33") && ended.stderr.contains("did you mean `poisson`?"),
+        ended.stderr.contains("below/shear.toml:6:32") && ended.stderr.contains("did you mean `poisson`?"),
         "{}",
         ended.stderr
     );
