@@ -1,6 +1,6 @@
 //! What a file describes, and how large it may be.
 
-use crate::json_schema::{CASE_KEYS, ELEMENT_TEST_KEYS, Keys, STUDY_KEYS};
+use crate::json_schema::{CALIBRATION_KEYS, CASE_KEYS, ELEMENT_TEST_KEYS, Keys, STUDY_KEYS};
 
 /// Largest case file that is read (bytes).
 pub const SIZE_LIMIT: u64 = 4 * 1024 * 1024;
@@ -14,6 +14,8 @@ pub enum FileKind {
     Study,
     /// An element test.
     ElementTest,
+    /// A calibration.
+    Calibration,
 }
 
 impl FileKind {
@@ -22,6 +24,7 @@ impl FileKind {
             Self::Case => &CASE_KEYS,
             Self::Study => &STUDY_KEYS,
             Self::ElementTest => &ELEMENT_TEST_KEYS,
+            Self::Calibration => &CALIBRATION_KEYS,
         }
     }
 
@@ -31,6 +34,7 @@ impl FileKind {
             Self::Case => "case",
             Self::Study => "study",
             Self::ElementTest => "element test",
+            Self::Calibration => "calibration",
         }
     }
 }

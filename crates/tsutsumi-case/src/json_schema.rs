@@ -1,11 +1,12 @@
-//! The JSON schemas of case files, study files and element tests, and the documentation of their keys, from the types in
-//! [`schema`](crate::schema), [`study`](crate::study) and [`element`](crate::element).
+//! The JSON schemas of case files, study files, element tests and calibrations, and the documentation of their keys, from the types in
+//! [`schema`](crate::schema), [`study`](crate::study), [`element`](crate::element) and [`calibration`](crate::calibration).
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use serde_json::{Map, Value, json};
 
+use crate::calibration::schema::CalibrationFile;
 use crate::element::schema::ElementTestFile;
 use crate::key_path::{KeyPath, Segment};
 use crate::schema::Case;
@@ -155,6 +156,16 @@ pub fn study_key_documentation() -> &'static [KeyDocumentation] {
     &STUDY_KEYS.keys
 }
 
+/// The JSON schema of calibrations.
+pub(crate) fn calibration_schema() -> Value {
+    CALIBRATION_KEYS.schema.clone()
+}
+
+/// All keys of a calibration, tables before what is in them.
+pub fn calibration_key_documentation() -> &'static [KeyDocumentation] {
+    &CALIBRATION_KEYS.keys
+}
+
 /// All keys of an element test, tables before what is in them.
 pub fn element_test_key_documentation() -> &'static [KeyDocumentation] {
     &ELEMENT_TEST_KEYS.keys
@@ -168,6 +179,8 @@ pub(crate) struct Keys {
 
 pub(crate) static CASE_KEYS: LazyLock<Keys> = LazyLock::new(|| Keys::of(schemars::schema_for!(Case).to_value()));
 pub(crate) static STUDY_KEYS: LazyLock<Keys> = LazyLock::new(|| Keys::of(schemars::schema_for!(StudyFile).to_value()));
+pub(crate) static CALIBRATION_KEYS: LazyLock<Keys> =
+    LazyLock::new(|| Keys::of(schemars::schema_for!(CalibrationFile).to_value()));
 pub(crate) static ELEMENT_TEST_KEYS: LazyLock<Keys> =
     LazyLock::new(|| Keys::of(schemars::schema_for!(ElementTestFile).to_value()));
 

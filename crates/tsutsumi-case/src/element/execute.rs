@@ -24,14 +24,14 @@ pub struct StageReport {
 }
 
 /// What is left of a test.
-pub(super) struct Executed {
-    pub(super) record: Record,
-    pub(super) stages: Vec<StageReport>,
-    pub(super) outcome: Outcome,
+pub(crate) struct Executed {
+    pub(crate) record: Record,
+    pub(crate) stages: Vec<StageReport>,
+    pub(crate) outcome: Outcome,
 }
 
 /// Takes a specimen through all stages of a file.
-pub(super) fn execute(file: &ElementTestFile, mut specimen: Specimen, stop: &dyn Fn() -> bool) -> Executed {
+pub(crate) fn execute(file: &ElementTestFile, mut specimen: Specimen, stop: &dyn Fn() -> bool) -> Executed {
     let recorder = Recorder::new(file, &specimen);
     let mut test = Test { every: file.output.every, recorder, stop, water: None, place: Place::default() };
     let (mut stages, mut outcome) = (Vec::new(), Outcome::Finished);
@@ -86,7 +86,7 @@ impl Test<'_> {
         self.open_or_close_drain(stage, specimen);
         self.recorder.write(self.place, specimen, self.water);
         let ended = match Motion::of(stage, specimen, self.water)? {
-            Motion::Monotonic { loading, to, increments } => self.monotonic(specimen, loading, to, increments),
+            Motion::Monotonic { loading, to, increments } => self.monotonic(specimen, *loading, to, increments),
             Motion::Cyclic(cycles) => self.cyclic(specimen, &cycles),
         };
         ended.map_err(|error| error.to_string())

@@ -36,9 +36,12 @@ pub(crate) mod schema;
 mod validate;
 
 pub use execute::StageReport;
+pub(crate) use execute::execute;
 pub use output::{TestError, TestOptions, TestSummary, run_element_test};
 pub use plan::ElementTest;
+pub(crate) use quantity::shown;
 pub use record::Record;
+pub(crate) use record::columns;
 pub use resistance::ResistancePoint;
 pub use schema::*;
 

@@ -20,7 +20,7 @@ const GIVE_UP_STRAIN: f64 = 0.5;
 /// How a stage moves the specimen.
 pub(super) enum Motion {
     /// The loading parameter goes to a value in equal increments.
-    Monotonic { loading: Loading, to: f64, increments: usize },
+    Monotonic { loading: Box<Loading>, to: f64, increments: usize },
     /// Back and forth.
     Cyclic(Box<Cycles>),
 }
@@ -33,7 +33,9 @@ impl Motion {
     pub(super) fn of(stage: &Stage, specimen: &Specimen, water: Option<ExcessPressure>) -> Result<Self, String> {
         let increments = stage.increments.unwrap_or(INCREMENTS);
         Ok(match (&stage.conditions, stage.amplitude, stage.until) {
-            (Some(conditions), ..) => Motion::Monotonic { loading: path(conditions, specimen), to: 1.0, increments },
+            (Some(conditions), ..) => {
+                Motion::Monotonic { loading: Box::new(path(conditions, specimen)), to: 1.0, increments }
+            }
             (None, Some(amplitude), Some(until)) => {
                 let cycles = cycles(stage, amplitude, until, specimen, water);
                 if cycles.amplitude <= 0.0 {
@@ -45,7 +47,7 @@ impl Motion {
                 let (driven, value) = stage.to.as_ref().and_then(driven).unwrap_or((Condition::AXIAL_STRAIN, 0.0));
                 let is_stress = driven.stress != Sym3::ZERO;
                 let to = if is_stress { value - driven.of(specimen) } else { value };
-                Motion::Monotonic { loading: loading(stage, driven), to, increments }
+                Motion::Monotonic { loading: Box::new(loading(stage, driven)), to, increments }
             }
         })
     }

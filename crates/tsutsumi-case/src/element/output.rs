@@ -13,7 +13,7 @@ use super::execute::{Executed, StageReport, execute};
 use super::plan::ElementTest;
 use super::record::Record;
 use super::resistance::{ResistancePoint, ResistanceRun, run_resistance, to_csv};
-use crate::folder::{FIGURES, MANIFEST, claim_numbered, write_error};
+use crate::folder::{FIGURES, MANIFEST, claim_listed, claim_numbered, write_error};
 use crate::results::{Host, replace_with_json};
 use crate::{CaseError, Outcome, Registry, ResultsError};
 
@@ -213,32 +213,11 @@ fn make(folder: &Path) -> Result<(), ResultsError> {
 /// removed; whatever else it holds stays.
 fn claim(test: &ElementTest, options: &TestOptions) -> Result<PathBuf, TestError> {
     let Some(folder) = options.out.clone() else { return Ok(claim_numbered(&test.source)?) };
-    if folder.exists() && !folder.is_dir() {
-        return Err(ResultsError::NotAFolder { path: folder }.into());
+    let is_ours = claim_listed(&folder, MANIFEST, options.force, |text| {
+        serde_json::from_str(text).ok().map(|held: Held| held.files)
+    })?;
+    match is_ours {
+        true => Ok(folder),
+        false => Err(TestError::NotATest { path: folder }),
     }
-    make(&folder)?;
-    let manifest = fs::read_to_string(folder.join(MANIFEST)).ok();
-    let held: Option<Held> = manifest.and_then(|text| serde_json::from_str(&text).ok());
-    let is_empty = fs::read_dir(&folder).map_err(write_error(&folder))?.next().is_none();
-    match held {
-        Some(held) if options.force => remove(&folder, &held.files)?,
-        Some(_) => return Err(ResultsError::Occupied { path: folder, file: MANIFEST.into() }.into()),
-        None if !is_empty => return Err(TestError::NotATest { path: folder }),
-        None => {}
-    }
-    Ok(folder)
-}
-
-/// Removes the files that an earlier test has written. Names that lead out of the folder are not its own.
-fn remove(folder: &Path, files: &[String]) -> Result<(), ResultsError> {
-    for name in
-        files.iter().filter(|name| !name.starts_with(['/', '\\']) && !name.contains("..") && !name.contains(':'))
-    {
-        let path = folder.join(name);
-        match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(write_error(&path)(error)),
-            _ => {}
-        }
-    }
-    Ok(())
 }

@@ -13,8 +13,8 @@ use crate::{CaseError, CaseSource, FileKind, KeyPath, Registry};
 /// An element test that has been read and checked.
 #[derive(Debug, Clone)]
 pub struct ElementTest {
-    pub(super) source: CaseSource,
-    pub(super) file: ElementTestFile,
+    pub(crate) source: CaseSource,
+    pub(crate) file: ElementTestFile,
 }
 
 impl ElementTest {
@@ -36,7 +36,7 @@ impl ElementTest {
         Self::open(CaseSource::from_text_of_kind(path, text, FileKind::ElementTest), registry)
     }
 
-    fn open(source: CaseSource, registry: &Registry) -> Result<Self, CaseError> {
+    pub(crate) fn open(source: CaseSource, registry: &Registry) -> Result<Self, CaseError> {
         let file: ElementTestFile = source.parse_at(&KeyPath::root())?;
         let mut checks = Checks::new(&source, &file);
         checks.all();
@@ -55,7 +55,7 @@ impl ElementTest {
     }
 
     /// The specimen before the test.
-    pub(super) fn specimen(&self, registry: &Registry) -> Result<Specimen, CaseError> {
+    pub(crate) fn specimen(&self, registry: &Registry) -> Result<Specimen, CaseError> {
         let stress = initial_stress(&self.file.initial);
         let request = MaterialRequest {
             source: &self.source,

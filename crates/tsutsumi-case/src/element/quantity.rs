@@ -2,11 +2,11 @@
 
 /// How a column of the record is shown.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Shown {
+pub(crate) struct Shown {
     /// The title of an axis, with the unit in round brackets.
-    pub(super) title: String,
+    pub(crate) title: String,
     /// What recorded numbers are multiplied by.
-    pub(super) factor: f64,
+    pub(crate) factor: f64,
 }
 
 /// Columns with their words, shown units and factors.
@@ -34,7 +34,7 @@ const SHOWN: [(&str, &str, &str, f64); 20] = [
 ];
 
 /// How a column is shown; one that is not listed by its name, as it is recorded.
-pub(super) fn shown(column: &str) -> Shown {
+pub(crate) fn shown(column: &str) -> Shown {
     match SHOWN.iter().find(|(name, ..)| *name == column) {
         Some((_, words, "", factor)) => Shown { title: (*words).to_owned(), factor: *factor },
         Some((_, words, unit, factor)) => Shown { title: format!("{words} ({unit})"), factor: *factor },

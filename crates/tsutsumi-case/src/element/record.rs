@@ -40,7 +40,7 @@ const COLUMNS: [&str; 27] = [
 const COUNTS: [&str; 2] = ["stage", "increment"];
 
 /// All columns of a test: the void ratio if it is known, and the law's own as `law.NAME`.
-pub(super) fn columns(file: &ElementTestFile, outputs: &[&str]) -> Vec<String> {
+pub(crate) fn columns(file: &ElementTestFile, outputs: &[&str]) -> Vec<String> {
     let void_ratio = file.initial.void_ratio.map(|_| "void_ratio".to_owned());
     let own = outputs.iter().map(|name| format!("law.{name}"));
     COLUMNS.into_iter().map(str::to_owned).chain(void_ratio).chain(own).collect()

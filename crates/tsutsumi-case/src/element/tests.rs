@@ -336,6 +336,9 @@ fn the_schema_accepts_the_examples_and_refuses_what_the_program_refuses() {
     let value = |text: &str| serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap();
     for entry in fs::read_dir(examples()).unwrap() {
         let path = entry.unwrap().path();
+        if path.is_dir() {
+            continue;
+        }
         let text = fs::read_to_string(&path).unwrap();
         assert!(validator.is_valid(&value(&text)), "{}", path.display());
         let refused = text.replace("kind = ", "knid = ");

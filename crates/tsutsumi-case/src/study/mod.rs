@@ -49,6 +49,7 @@ pub use execute::{RunReport, StudyObserver};
 pub use output::{StudyOptions, run_study};
 pub use plan::Study;
 pub use quantity::Quantity;
+pub(crate) use reference::Table;
 pub use schema::*;
 pub use summary::{FigureReport, StudyError, StudySummary};
 
