@@ -57,5 +57,8 @@ picture half-loaded particles half-loaded-particles
 "${tsutsumi[@]}" run paper-cases/slump/case.toml --set method.particle_pressure=gradient --out "$results/slump" --quiet
 picture slump particles slump
 
+"${tsutsumi[@]}" element-test element-tests/oedometer-hencky.toml --out "$results/oedometer-hencky" --quiet
+picture oedometer-hencky oedometer oedometer-hencky
+
 "${my_law[@]}" run examples/my-law/case.toml --out "$results/my-law" --quiet
 for figure in settlement pressure particles-peak; do picture my-law "$figure" "my-law-$figure"; done

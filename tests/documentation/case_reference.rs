@@ -1,16 +1,19 @@
-//! The book's reference pages of case and study files are what the program says about their keys.
+//! The book's reference pages of case files, study files and element tests are what the program says about their keys.
 
 use std::fmt::Write;
 use std::fs;
 
 use serde_json::Value;
 use tsutsumi_case::study::schema;
-use tsutsumi_case::{KeyDocumentation, Registry, key_documentation, study_key_documentation};
+use tsutsumi_case::{
+    KeyDocumentation, Registry, element_test_key_documentation, key_documentation, study_key_documentation,
+};
 
 use crate::{read, root};
 
 const CASE_PAGE: &str = "book/src/case-reference.md";
 const STUDY_PAGE: &str = "book/src/study-reference.md";
+const ELEMENT_TEST_PAGE: &str = "book/src/element-test-reference.md";
 const BEGIN: &str = "<!-- keys: begin -->";
 const END: &str = "<!-- keys: end -->";
 
@@ -100,7 +103,8 @@ fn row(key: &KeyDocumentation) -> String {
 /// Run with `TSUTSUMI_UPDATE_BOOK=1` to write the pages anew.
 #[test]
 fn the_reference_pages_list_every_key() {
-    for (page, keys) in [(CASE_PAGE, case_keys()), (STUDY_PAGE, study_keys())] {
+    let element_test_keys = tables(element_test_key_documentation());
+    for (page, keys) in [(CASE_PAGE, case_keys()), (STUDY_PAGE, study_keys()), (ELEMENT_TEST_PAGE, element_test_keys)] {
         let text = read(page);
         let (head, rest) = text.split_once(BEGIN).expect("the mark where the keys begin");
         let (_, tail) = rest.split_once(END).expect("the mark where the keys end");

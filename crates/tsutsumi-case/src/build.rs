@@ -40,8 +40,8 @@ pub fn build<const D: usize>(
         let stresses = &particles.stress[body.particles.clone()];
         let material = &case.bodies[index].material;
         let Material { law, conductivity_law, .. } = &case.materials[material];
-        let request =
-            MaterialRequest { source, material, conductivity_law, particles: body.particles.clone(), stresses };
+        let (place, particles) = (KeyPath::root().key("materials").key(material), body.particles.clone());
+        let request = MaterialRequest { source, place, name: material, conductivity_law, particles, stresses };
         groups.push(registry.group(law, &request)?);
         bodies.push(body);
     }

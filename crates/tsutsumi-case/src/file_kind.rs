@@ -1,6 +1,6 @@
 //! What a file describes, and how large it may be.
 
-use crate::json_schema::{CASE_KEYS, Keys, STUDY_KEYS};
+use crate::json_schema::{CALIBRATION_KEYS, CASE_KEYS, ELEMENT_TEST_KEYS, Keys, STUDY_KEYS};
 
 /// Largest case file that is read (bytes).
 pub const SIZE_LIMIT: u64 = 4 * 1024 * 1024;
@@ -12,6 +12,10 @@ pub enum FileKind {
     Case,
     /// A study.
     Study,
+    /// An element test.
+    ElementTest,
+    /// A calibration.
+    Calibration,
 }
 
 impl FileKind {
@@ -19,6 +23,8 @@ impl FileKind {
         match self {
             Self::Case => &CASE_KEYS,
             Self::Study => &STUDY_KEYS,
+            Self::ElementTest => &ELEMENT_TEST_KEYS,
+            Self::Calibration => &CALIBRATION_KEYS,
         }
     }
 
@@ -27,6 +33,8 @@ impl FileKind {
         match self {
             Self::Case => "case",
             Self::Study => "study",
+            Self::ElementTest => "element test",
+            Self::Calibration => "calibration",
         }
     }
 }

@@ -2,7 +2,7 @@
 
 use std::fs;
 use std::io::{self, ErrorKind};
-use std::path::{Path, PathBuf};
+use std::path::{Component, Path, PathBuf};
 
 use crate::{CaseSource, ResultsError};
 
@@ -45,8 +45,41 @@ pub(crate) fn claim(source: &CaseSource, out: Option<&Path>, force: bool) -> Res
     Ok(folder)
 }
 
+/// Makes a folder whose manifest lists the files that are its own. With `force`, the files of an earlier manifest are removed; whatever
+/// else the folder holds stays. False if it holds something, and no such manifest.
+pub(crate) fn claim_listed(
+    folder: &Path,
+    manifest: &str,
+    force: bool,
+    files_of: impl Fn(&str) -> Option<Vec<String>>,
+) -> Result<bool, ResultsError> {
+    if folder.exists() && !folder.is_dir() {
+        return Err(ResultsError::NotAFolder { path: folder.to_owned() });
+    }
+    fs::create_dir_all(folder).map_err(write_error(folder))?;
+    let held = fs::read_to_string(folder.join(manifest)).ok().and_then(|text| files_of(&text));
+    let is_empty = fs::read_dir(folder).map_err(write_error(folder))?.next().is_none();
+    match held {
+        Some(files) if force => remove_listed(folder, &files).map(|()| true),
+        Some(_) => Err(ResultsError::Occupied { path: folder.to_owned(), file: manifest.into() }),
+        None => Ok(is_empty),
+    }
+}
+
+/// Removes files of a folder. Names that lead out of it are not its own.
+fn remove_listed(folder: &Path, files: &[String]) -> Result<(), ResultsError> {
+    let is_inside = |name: &&String| Path::new(name).components().all(|part| matches!(part, Component::Normal(_)));
+    for path in files.iter().filter(is_inside).map(|name| folder.join(name)) {
+        match fs::remove_file(&path) {
+            Err(error) if error.kind() != ErrorKind::NotFound => return Err(write_error(&path)(error)),
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
 /// The first folder of the series that nobody has: making it claims it, also against runs at the same time.
-fn claim_numbered(source: &CaseSource) -> Result<PathBuf, ResultsError> {
+pub(crate) fn claim_numbered(source: &CaseSource) -> Result<PathBuf, ResultsError> {
     let mut number = 1;
     loop {
         let folder = default_folder(source, number);

@@ -1,11 +1,13 @@
-//! The JSON schemas of case and study files, and the documentation of their keys, from the types in
-//! [`schema`](crate::schema) and [`study`](crate::study).
+//! The JSON schemas of case files, study files, element tests and calibrations, and the documentation of their keys, from the types in
+//! [`schema`](crate::schema), [`study`](crate::study), [`element`](crate::element) and [`calibration`](crate::calibration).
 
 use std::collections::BTreeSet;
 use std::sync::LazyLock;
 
 use serde_json::{Map, Value, json};
 
+use crate::calibration::schema::CalibrationFile;
+use crate::element::schema::ElementTestFile;
 use crate::key_path::{KeyPath, Segment};
 use crate::schema::Case;
 use crate::study::schema::StudyFile;
@@ -14,29 +16,36 @@ use crate::study::schema::StudyFile;
 /// their parameters, and the words that other keys may have, by the type of the table and the key (`("Method", "shape")`).
 pub fn case_schema(laws: &[(&str, Value)], motions: &[(&str, Value)], words: &[(&str, &str, Vec<&str>)]) -> Value {
     let mut schema = CASE_KEYS.schema.clone();
-    let mut definitions = Map::new();
-    for (table, key, named) in [("Material", "law", laws), ("ExactMotion", "solution", motions)] {
-        let condition = |(name, one): &(&str, Value)| named_condition(key, name, one, &mut definitions);
-        let conditions: Vec<_> = named.iter().map(condition).collect();
-        if let Some(table) = schema.pointer_mut(&format!("/$defs/{table}")).and_then(Value::as_object_mut)
-            && !named.is_empty()
-        {
-            table.insert("allOf".to_owned(), conditions.into());
-        }
-    }
-    for (pointer, named) in
-        [("/$defs/Material/properties/law", laws), ("/$defs/ExactMotion/properties/solution", motions)]
-    {
-        let names: Vec<_> = named.iter().map(|(name, _)| *name).collect();
-        restrict(&mut schema, pointer, &names);
-    }
+    insert_named(&mut schema, "Material", "law", laws);
+    insert_named(&mut schema, "ExactMotion", "solution", motions);
     for (table, key, words) in words {
         restrict(&mut schema, &format!("/$defs/{table}/properties/{key}"), words);
     }
+    schema
+}
+
+/// The JSON schema of element tests, with the laws by name.
+pub(crate) fn element_test_schema(laws: &[(&str, Value)]) -> Value {
+    let mut schema = ELEMENT_TEST_KEYS.schema.clone();
+    insert_named(&mut schema, "TestMaterial", "law", laws);
+    schema
+}
+
+/// Puts the names that the key of a table may have, and the schemas of the parameters that go with each, into the table.
+fn insert_named(schema: &mut Value, table: &str, key: &str, named: &[(&str, Value)]) {
+    let mut definitions = Map::new();
+    let condition = |(name, one): &(&str, Value)| named_condition(key, name, one, &mut definitions);
+    let conditions: Vec<_> = named.iter().map(condition).collect();
+    if let Some(table) = schema.pointer_mut(&format!("/$defs/{table}")).and_then(Value::as_object_mut)
+        && !named.is_empty()
+    {
+        table.insert("allOf".to_owned(), conditions.into());
+    }
+    let names: Vec<_> = named.iter().map(|(name, _)| *name).collect();
+    restrict(schema, &format!("/$defs/{table}/properties/{key}"), &names);
     if let Some(all) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         all.append(&mut definitions);
     }
-    schema
 }
 
 /// The JSON schema of study files. The names of the exact solutions, with the schemas of their parameters and of the
@@ -151,6 +160,21 @@ pub fn study_key_documentation() -> &'static [KeyDocumentation] {
     &STUDY_KEYS.keys
 }
 
+/// The JSON schema of calibrations.
+pub(crate) fn calibration_schema() -> Value {
+    CALIBRATION_KEYS.schema.clone()
+}
+
+/// All keys of a calibration, tables before what is in them.
+pub fn calibration_key_documentation() -> &'static [KeyDocumentation] {
+    &CALIBRATION_KEYS.keys
+}
+
+/// All keys of an element test, tables before what is in them.
+pub fn element_test_key_documentation() -> &'static [KeyDocumentation] {
+    &ELEMENT_TEST_KEYS.keys
+}
+
 /// The keys of one kind of file.
 pub(crate) struct Keys {
     schema: Value,
@@ -159,6 +183,10 @@ pub(crate) struct Keys {
 
 pub(crate) static CASE_KEYS: LazyLock<Keys> = LazyLock::new(|| Keys::of(schemars::schema_for!(Case).to_value()));
 pub(crate) static STUDY_KEYS: LazyLock<Keys> = LazyLock::new(|| Keys::of(schemars::schema_for!(StudyFile).to_value()));
+pub(crate) static CALIBRATION_KEYS: LazyLock<Keys> =
+    LazyLock::new(|| Keys::of(schemars::schema_for!(CalibrationFile).to_value()));
+pub(crate) static ELEMENT_TEST_KEYS: LazyLock<Keys> =
+    LazyLock::new(|| Keys::of(schemars::schema_for!(ElementTestFile).to_value()));
 
 impl Keys {
     fn of(schema: Value) -> Self {

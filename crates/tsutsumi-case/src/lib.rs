@@ -23,11 +23,15 @@
 //! | [`mod@check`] | what follows from a case before it runs |
 //! | [`mod@run`], [`results`] | a run and what it leaves |
 //! | [`study`] | variants against references: one table, figures |
+//! | [`element`] | element tests: one specimen in the laboratory |
+//! | [`calibration`] | parameters of a law from measured element tests |
 //! | [`figures`], [`vtk`] | pictures and fields from plain data |
 
 pub mod build;
+pub mod calibration;
 pub mod check;
 mod deserializer;
+pub mod element;
 mod error;
 pub mod figures;
 mod file_kind;
@@ -56,7 +60,10 @@ pub use check::{CheckReport, check};
 pub use error::{CaseError, Location, Problem, ProblemKind, did_you_mean};
 pub use figures::FigureError;
 pub use file_kind::{FileKind, SIZE_LIMIT};
-pub use json_schema::{KeyDocumentation, case_schema, key_documentation, study_key_documentation};
+pub use json_schema::{
+    KeyDocumentation, calibration_key_documentation, case_schema, element_test_key_documentation, key_documentation,
+    study_key_documentation,
+};
 pub use key_path::{KeyPath, Segment};
 pub use model::Model;
 pub use registry::Registry;

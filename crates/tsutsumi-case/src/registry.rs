@@ -20,6 +20,7 @@ use tsutsumi::tensor::Sym3;
 use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Apic, Flip, Fmpm, Mpm1, Mpm2, Tpic, VelocityUpdate, Xpic};
 
+use crate::json_schema::element_test_schema;
 use crate::motions::motion_schemas;
 use crate::schema::Method;
 use crate::{CaseError, CaseSource, KeyPath, case_schema, did_you_mean};
@@ -91,7 +92,9 @@ type MakeGroup = dyn Fn(&MaterialRequest) -> Result<Box<dyn MaterialGroup>, Case
 /// What a law needs from a case to become the group of a body.
 pub(crate) struct MaterialRequest<'a> {
     pub(crate) source: &'a CaseSource,
-    pub(crate) material: &'a str,
+    /// Where the material stands in the file, and its name.
+    pub(crate) place: KeyPath,
+    pub(crate) name: &'a str,
     pub(crate) conductivity_law: &'a str,
     pub(crate) particles: Range<usize>,
     pub(crate) stresses: &'a [Sym3],
@@ -133,8 +136,7 @@ impl Registry {
 
     /// The JSON Schema of case files, with the parameters of every law.
     pub fn schema(&self) -> Value {
-        let laws: Vec<(&str, Value)> =
-            self.laws.iter().map(|(name, law)| (name.as_str(), law.schema.clone())).collect();
+        let laws = self.law_schemas();
         let method = Method::default();
         let words = [
             ("Material", "conductivity_law", names(&conductivity_laws())),
@@ -146,10 +148,19 @@ impl Registry {
         case_schema(&laws, &motion_schemas(), &words)
     }
 
+    /// The JSON Schema of element tests, with the parameters of every law.
+    pub fn element_test_schema(&self) -> Value {
+        element_test_schema(&self.law_schemas())
+    }
+
+    fn law_schemas(&self) -> Vec<(&str, Value)> {
+        self.laws.iter().map(|(name, law)| (name.as_str(), law.schema.clone())).collect()
+    }
+
     /// The group of a body's particles, with the law that its material names.
     pub(crate) fn group(&self, law: &str, request: &MaterialRequest) -> Result<Box<dyn MaterialGroup>, CaseError> {
         let Some(found) = self.laws.get(law) else {
-            let key = KeyPath::root().key("materials").key(request.material).key("law");
+            let key = request.place.clone().key("law");
             let names = self.laws.keys().map(String::as_str);
             return Err(unknown_name(request.source, key, "law", law, names));
         };
@@ -184,7 +195,7 @@ impl LawSummary<'_> {
 fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
     request: &MaterialRequest,
 ) -> Result<Box<dyn MaterialGroup>, CaseError> {
-    let parameters = KeyPath::root().key("materials").key(request.material).key("parameters");
+    let parameters = request.place.clone().key("parameters");
     let law: L = request.source.parse_at(&parameters)?;
     law.validate().map_err(|error| match error {
         LawError::Parameter { name, value, expected } => {
@@ -199,10 +210,10 @@ fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
         }
         other => request.source.invalid(parameters, other.to_string(), ""),
     })?;
-    let key = KeyPath::root().key("materials").key(request.material).key("conductivity_law");
+    let key = request.place.clone().key("conductivity_law");
     let (name, known) = (request.conductivity_law, conductivity_laws());
     let conductivity_law = choose(request.source, key, "law of the conductivity", name, known)?;
-    let group = Group::new(request.material, law, request.particles.clone(), request.stresses);
+    let group = Group::new(request.name, law, request.particles.clone(), request.stresses);
     Ok(Box::new(group.with_conductivity_law(conductivity_law)))
 }
 

@@ -15,6 +15,8 @@
 // This is the room that talks to the terminal.
 #![allow(clippy::print_stdout, clippy::print_stderr)]
 
+mod calibrate;
+mod element_test;
 mod progress;
 mod study;
 
@@ -28,6 +30,8 @@ use tsutsumi_case::{
     CaseError, CaseSource, Outcome, Registry, ResultsError, RunError, RunOptions, RunSummary, check, run,
 };
 
+use crate::calibrate::CalibrateArguments;
+use crate::element_test::ElementTestArguments;
 use crate::progress::Display;
 use crate::study::StudyArguments;
 
@@ -54,6 +58,10 @@ enum Command {
     Check(CheckArguments),
     /// Run a study: variants of a case against references, to one table and figures.
     Study(StudyArguments),
+    /// Test a law as a specimen in the laboratory: oedometer, triaxial, simple shear, cyclic.
+    ElementTest(ElementTestArguments),
+    /// Fit parameters of a law to measured element tests.
+    Calibrate(CalibrateArguments),
     /// List the constitutive laws and their parameters.
     Laws,
     /// Print the JSON Schema of case files, for the completion of an editor.
@@ -61,10 +69,17 @@ enum Command {
 }
 
 #[derive(Debug, Args)]
+#[group(multiple = false)]
 struct SchemaArguments {
     /// That of study files instead.
     #[arg(long)]
     study: bool,
+    /// That of element tests instead.
+    #[arg(long)]
+    element_test: bool,
+    /// That of calibrations instead.
+    #[arg(long)]
+    calibration: bool,
 }
 
 #[derive(Debug, Args)]
@@ -110,7 +125,13 @@ pub fn main_with(registry: &Registry) -> ExitCode {
         Command::Check(arguments) => check_case(&arguments, registry),
         Command::Laws => print(&list_laws(registry)),
         Command::Study(arguments) => study::study(&arguments, registry),
+        Command::ElementTest(arguments) => element_test::element_test(&arguments, registry),
         Command::Schema(arguments) if arguments.study => print(&format!("{:#}", tsutsumi_case::study::schema())),
+        Command::Calibrate(arguments) => calibrate::calibrate(&arguments, registry),
+        Command::Schema(arguments) if arguments.calibration => {
+            print(&format!("{:#}", tsutsumi_case::calibration::schema()))
+        }
+        Command::Schema(arguments) if arguments.element_test => print(&format!("{:#}", registry.element_test_schema())),
         Command::Schema(_) => print(&format!("{:#}", registry.schema())),
     };
     ExitCode::from(code)

@@ -19,6 +19,7 @@
 //! | [`shape`] | shape functions |
 //! | [`particles`] | the material points |
 //! | [`law`] | constitutive laws of the effective stress |
+//! | [`element`] | element tests: one specimen under mixed control of stress and strain |
 //! | [`transfer`] | sums from particles to nodes and back |
 //! | [`velocity`] | velocity updates: MPM①, MPM②, FLIP, APIC, XPIC |
 //! | [`damping`] | damping of the nodes' motion, for states of rest |
@@ -28,6 +29,7 @@
 
 pub mod boundary;
 pub mod damping;
+pub mod element;
 pub mod grid;
 pub mod law;
 pub mod particles;

@@ -67,7 +67,7 @@ fn any_rotation(noise: &mut Noise) -> Matrix3 {
 #[test]
 fn the_laws_keep_the_contract() {
     let sheared = Sym3 { xx: -60e3, yy: -90e3, zz: -120e3, xy: 20e3, yz: -10e3, zx: 5e3 };
-    let far = LawPath { stress: sheared, strain: 5e-3, increments: 80 };
+    let far = LawPath { stress: sheared, strain: 5e-3, increments: 80, ..LawPath::default() };
     for hardening in [0.0, 1e6, -1e6] {
         let clay = VonMises { hardening, yield_stress_residual: 60e3, ..CLAY };
         check_law(&clay).unwrap();

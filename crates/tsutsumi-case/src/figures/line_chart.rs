@@ -43,6 +43,8 @@ pub struct LineChart {
     pub y_scale: AxisScale,
     /// Whether the vertical axis grows downwards, as settlement and depth are drawn.
     pub y_down: bool,
+    /// Whether a linear horizontal axis reaches 0 even if no curve does, as in paths of stress.
+    pub from_zero: bool,
     /// Curves, in the order of the legend.
     pub curves: Vec<Curve>,
     /// Curves with a vertical axis of their own at the right of the same area. Their looks follow on those of `curves`.
@@ -90,7 +92,8 @@ impl LineChart {
             let points = curve.x.iter().zip(&curve.y);
             points.filter(move |(x, y)| self.can_draw(y_scale, [**x, **y])).map(|(x, _)| *x)
         });
-        let range = fitted(range_of(drawable, self.x_scale), self.x_scale, widened);
+        let zero = (self.from_zero && self.x_scale == AxisScale::Linear).then_some(0.0);
+        let range = fitted(range_of(drawable.chain(zero), self.x_scale), self.x_scale, widened);
         let x_axis = |intervals| Axis::loose(range, self.x_scale, intervals);
         Axis::finest(8, x_axis, |axis| labels_fit(typeface, axis, width))
     }

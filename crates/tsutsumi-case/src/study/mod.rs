@@ -51,6 +51,7 @@ pub use output::{StudyOptions, run_study};
 pub use plan::Study;
 pub use problems::ProblemLine;
 pub use quantity::Quantity;
+pub(crate) use reference::Table;
 pub use schema::*;
 pub use summary::{FigureReport, StudyError, StudySummary};
 

@@ -176,13 +176,13 @@ fn no_column(source: &CaseSource, place: &KeyPath, of: &str, name: &str, known: 
 }
 
 /// A file of comma-separated values.
-struct Table {
+pub(crate) struct Table {
     names: Vec<String>,
     rows: Vec<csv::StringRecord>,
 }
 
 impl Table {
-    fn read(path: &Path) -> Result<Self, String> {
+    pub(crate) fn read(path: &Path) -> Result<Self, String> {
         let text = std::fs::read_to_string(path).map_err(|error| error.to_string())?;
         let mut reader = csv::ReaderBuilder::new()
             .comment(Some(b'#'))
@@ -194,7 +194,7 @@ impl Table {
     }
 
     /// The numbers of a column in SI units, NaN where a cell is empty.
-    fn numbers(&self, source: &CaseSource, place: &KeyPath, wanted: &Column) -> Result<Vec<f64>, CaseError> {
+    pub(crate) fn numbers(&self, source: &CaseSource, place: &KeyPath, wanted: &Column) -> Result<Vec<f64>, CaseError> {
         let Some(index) = self.names.iter().position(|name| *name == wanted.column) else {
             return Err(no_column(source, place, "the file", &wanted.column, &self.names));
         };

@@ -5,6 +5,7 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test reports by panicking")]
 
 mod desk;
+mod element_test;
 mod endings;
 mod folders;
 mod information;
