@@ -12,6 +12,7 @@ mod hencky;
 mod left_cauchy_green;
 mod linear_elastic;
 mod neo_hookean;
+pub mod substepping;
 
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
 pub use group::{BlockOutcome, Group, MaterialGroup};
@@ -23,6 +24,7 @@ pub use neo_hookean::NeoHookean;
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use self::substepping::SubStepFailure;
 use crate::tensor::{Matrix3, Matrix6, Sym3, Vector, rotation, spin};
 
 /// How a material point moves in one step: the gradient ∇u of the displacement over the place at the start of the step, in two parts.
@@ -91,6 +93,9 @@ pub enum LawError {
         /// The residual reached, in the law's own measure.
         residual: f64,
     },
+    /// Sub-steps could not be made small enough.
+    #[error("{0}")]
+    SubSteps(Box<SubStepFailure>),
 }
 
 /// A constitutive law: effective stress from strain increments, for one material point.
