@@ -12,6 +12,8 @@ mod hencky;
 mod left_cauchy_green;
 mod linear_elastic;
 mod neo_hookean;
+mod root_pressure;
+mod sanisand;
 pub mod substepping;
 
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
@@ -20,6 +22,7 @@ pub use hencky::Hencky;
 pub use left_cauchy_green::LeftCauchyGreen;
 pub use linear_elastic::LinearElastic;
 pub use neo_hookean::NeoHookean;
+pub use sanisand::{Sanisand, SanisandState};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
