@@ -10,7 +10,7 @@ use serde::de::DeserializeOwned;
 use serde_json::Value;
 use tsutsumi::law::{
     ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, Hencky, KozenyCarman, LawError, LinearElastic,
-    MaterialGroup, NeoHookean, Sanisand, XieLeo,
+    MaterialGroup, NeoHookean, Pm4Sand, Sanisand, XieLeo,
 };
 use tsutsumi::pressure::{CellPressure, ParticlePressure, PressureGradient, PressureIncrement};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
@@ -100,6 +100,7 @@ impl Registry {
             .law::<LinearElastic>("linear-elastic")
             .law::<NeoHookean>("neo-hookean")
             .law::<Hencky>("hencky")
+            .law::<Pm4Sand>("pm4sand")
             .law::<Sanisand>("sanisand")
     }
 

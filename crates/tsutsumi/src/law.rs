@@ -12,6 +12,7 @@ mod hencky;
 mod left_cauchy_green;
 mod linear_elastic;
 mod neo_hookean;
+mod pm4sand;
 mod root_pressure;
 mod sanisand;
 pub mod substepping;
@@ -22,6 +23,7 @@ pub use hencky::Hencky;
 pub use left_cauchy_green::LeftCauchyGreen;
 pub use linear_elastic::LinearElastic;
 pub use neo_hookean::NeoHookean;
+pub use pm4sand::{PlaneDeviator, Pm4Sand, Pm4SandState};
 pub use sanisand::{Sanisand, SanisandState};
 
 use serde::Serialize;
@@ -95,6 +97,16 @@ pub enum LawError {
         iterations: usize,
         /// The residual reached, in the law's own measure.
         residual: f64,
+    },
+    /// A law for plane strain met a component out of the plane.
+    #[error("the law is for plane strain in x and y, but the {what} has a component {component} of {value:e}")]
+    OutOfPlane {
+        /// Stress or strain increment.
+        what: &'static str,
+        /// The component.
+        component: &'static str,
+        /// Its value (Pa or –).
+        value: f64,
     },
     /// Sub-steps could not be made small enough.
     #[error("{0}")]
