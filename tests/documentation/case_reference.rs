@@ -44,6 +44,17 @@ fn case_keys() -> String {
             writeln!(text, "| `{name}` | {meaning} |").unwrap();
         }
     }
+    let schema = Registry::built_in().schema();
+    for condition in schema["$defs"]["ExactMotion"]["allOf"].as_array().unwrap() {
+        let name = condition["if"]["properties"]["solution"]["const"].as_str().unwrap();
+        let parameters = &condition["then"]["properties"]["parameters"];
+        let description = parameters["description"].as_str().unwrap().split("\n\n").next().unwrap();
+        write!(text, "\n### Parameters of the exact motion `{name}`\n\n{description}\n").unwrap();
+        text += "\n| key | meaning |\n|---|---|\n";
+        for (name, parameter) in parameters["properties"].as_object().unwrap() {
+            writeln!(text, "| `{name}` | {} |", parameter["description"].as_str().unwrap()).unwrap();
+        }
+    }
     text
 }
 

@@ -9,5 +9,6 @@ mod mandel;
 mod poroelastic_column;
 mod pressure_noise;
 mod study;
+mod variants;
 mod waves;
 mod xie_leo;

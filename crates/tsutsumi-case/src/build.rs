@@ -1,6 +1,7 @@
 //! From a case to a simulation: bodies become particles, supports become fixed nodes, names become types.
 
 use std::ops::Range;
+use std::sync::Arc;
 
 use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, FluidLoad, History, Load};
 use tsutsumi::damping::Damping;
@@ -12,6 +13,7 @@ use tsutsumi::tensor::{Sym3, Vector};
 use tsutsumi_reference::finite_elements::{self, FiniteElements, Newmark};
 
 use crate::fill::{PointBox, Region};
+use crate::motions::{Motion, open_motion};
 use crate::registry::{MaterialRequest, choose, particle_pressures, shapes, stress_orders, velocity_updates};
 use crate::simulation::{ProbeAt, Simulation};
 use crate::{BoxShape, Case, CaseError, CaseSource, Face, KeyPath, Material, PressureQuadrature, Registry, SolverKind};
@@ -44,7 +46,8 @@ pub fn build<const D: usize>(
         bodies.push(body);
     }
     drain(case, &grid, &bodies, &mut particles);
-    let boundary = build_boundary(case, &grid, &bodies);
+    let mut boundary = build_boundary(case, &grid, &bodies);
+    let motion = set_in_motion(source, case, &mut particles, &mut boundary)?;
     let (probes, top) = (find_probes(case, &particles), find_top(case, &bodies));
     let refuse = |error: String| source.invalid("bodies", error, "");
     if case.method.solver == SolverKind::Fem {
@@ -61,7 +64,7 @@ pub fn build<const D: usize>(
             newmark,
         };
         let model = FiniteElements::new(parts).map_err(|error| refuse(error.to_string()))?;
-        return Ok(Simulation::new(Box::new(model), probes, top, case));
+        return Ok(Simulation::new(Box::new(model), probes, top, motion, case));
     }
     let method = KeyPath::root().key("method");
     let shape = choose(source, method.clone().key("shape"), "shape function", &case.method.shape, shapes())?;
@@ -99,7 +102,25 @@ pub fn build<const D: usize>(
         }
         _ => refuse(error.to_string()),
     })?;
-    Ok(Simulation::new(Box::new(model), probes, top, case))
+    Ok(Simulation::new(Box::new(model), probes, top, motion, case))
+}
+
+/// Gives the particles the velocities of the exact motion, and the boundary its body force.
+fn set_in_motion<const D: usize>(
+    source: &CaseSource,
+    case: &Case,
+    particles: &mut Particles<D>,
+    boundary: &mut Boundary<D>,
+) -> Result<Option<Arc<dyn Motion<D>>>, CaseError> {
+    let Some(wanted) = &case.exact_motion else { return Ok(None) };
+    let motion = open_motion::<D>(source, wanted)?;
+    for (velocity, start) in particles.velocity.iter_mut().zip(&particles.position) {
+        *velocity = motion.velocity(start, 0.0);
+    }
+    if let Some(force) = motion.body_force() {
+        boundary.push_body_force(force, particles.position.clone());
+    }
+    Ok(Some(motion))
 }
 
 /// The particles of a body: a part of a lattice, x fastest.

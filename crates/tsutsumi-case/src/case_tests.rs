@@ -483,7 +483,7 @@ fn full_schema() -> serde_json::Value {
         ("Method", "velocity_update", vec!["mpm1", "mpm2"]),
         ("Material", "conductivity_law", vec!["constant", "xie-leo"]),
     ];
-    case_schema(&[("linear-elastic", law)], &words)
+    case_schema(&[("linear-elastic", law)], &[], &words)
 }
 
 #[test]
@@ -517,10 +517,49 @@ fn the_schema_accepts_good_cases_and_refuses_bad_ones() {
     }
 }
 
+const BAR: &str = include_str!("study/tests/bar.toml");
+
+/// What is wrong with an exact motion is told where it stands.
+#[test]
+fn exact_motions_that_make_no_sense_are_refused() {
+    let complaint = |edit: (&str, &str)| {
+        assert!(BAR.contains(edit.0), "{edit:?}");
+        let source = CaseSource::from_text("bar.toml", BAR.replace(edit.0, edit.1));
+        let case = crate::read_case(&source).map_err(|error| error.render(false));
+        let built = case.and_then(|case| {
+            crate::build::build::<1>(&source, &case, &Registry::built_in()).map_err(|error| error.render(false))
+        });
+        built.err().unwrap_or_else(|| panic!("{edit:?} was accepted"))
+    };
+    for (edit, expected) in [
+        (("solution = \"vibrating-bar\"", "solution = \"vibrating-bars\""), "unknown exact motion `vibrating-bars`"),
+        (("mode = 1", "mode = 0"), "`exact_motion.parameters.bar` must have positive numbers"),
+        (("mode = 1", "modes = 1"), "unknown key `modes`"),
+        (("ends = \"fixed-fixed\" }", "ends = \"fixed-fixed\" }, carried = 1.0"), "must be 0 for a bar that is held"),
+        (("ends = \"fixed-fixed\" }", "ends = \"fixed-fixed\" }, along = \"y\""), "must be an axis of the 1 dimension"),
+        (("[2]", "[2]\ninitial = { velocity = [1.0] }"), "the velocity at the start is that of `exact_motion`"),
+        (("[materials.bar]", "[method]\nsolver = \"fem\"\n[materials.bar]"), "finite elements have no exact motion"),
+    ] {
+        let told = complaint(edit);
+        assert!(told.contains(expected), "{told}");
+    }
+}
+
+/// Only the parameters of the motion that is named are accepted.
+#[test]
+fn the_schema_knows_the_exact_motions() {
+    let validator = jsonschema::validator_for(&Registry::built_in().schema()).unwrap();
+    let is_valid =
+        |text: &str| validator.is_valid(&serde_json::to_value(text.parse::<toml::Table>().unwrap()).unwrap());
+    assert!(is_valid(BAR));
+    assert!(!is_valid(&BAR.replace("vibrating-bar", "vortex")));
+    assert!(!is_valid(&BAR.replace("mode = 1", "modes = 1")));
+}
+
 #[test]
 fn definitions_of_laws_do_not_meet() {
     let law = json!({ "properties": { "a": { "$ref": "#/$defs/Grid" } }, "$defs": { "Grid": { "type": "string" } } });
-    let schema = case_schema(&[("my law", law)], &[]);
+    let schema = case_schema(&[("my law", law)], &[], &[]);
     assert_eq!(schema["$defs"]["law:my-law:Grid"]["type"], "string");
     assert_eq!(schema["$defs"]["Grid"]["type"], "object");
     assert_eq!(

@@ -12,11 +12,12 @@ use crate::key_path::{KeyPath, Segment};
 use crate::schema::Case;
 use crate::study::schema::StudyFile;
 
-/// The JSON schema of case files. What the registry knows comes from there: the laws by name with the schemas of their parameters, and the
-/// words that other keys may have, by the type of the table and the key (`("Method", "shape")`).
-pub fn case_schema(laws: &[(&str, Value)], words: &[(&str, &str, Vec<&str>)]) -> Value {
+/// The JSON schema of case files. What the registry knows comes from there: the laws and exact motions by name with the schemas of
+/// their parameters, and the words that other keys may have, by the type of the table and the key (`("Method", "shape")`).
+pub fn case_schema(laws: &[(&str, Value)], motions: &[(&str, Value)], words: &[(&str, &str, Vec<&str>)]) -> Value {
     let mut schema = CASE_KEYS.schema.clone();
-    insert_laws(&mut schema, "Material", laws);
+    insert_named(&mut schema, "Material", "law", laws);
+    insert_named(&mut schema, "ExactMotion", "solution", motions);
     for (table, key, words) in words {
         restrict(&mut schema, &format!("/$defs/{table}/properties/{key}"), words);
     }
@@ -26,19 +27,22 @@ pub fn case_schema(laws: &[(&str, Value)], words: &[(&str, &str, Vec<&str>)]) ->
 /// The JSON schema of element tests, with the laws by name.
 pub(crate) fn element_test_schema(laws: &[(&str, Value)]) -> Value {
     let mut schema = ELEMENT_TEST_KEYS.schema.clone();
-    insert_laws(&mut schema, "TestMaterial", laws);
+    insert_named(&mut schema, "TestMaterial", "law", laws);
     schema
 }
 
-/// Puts the names of the laws, and the schemas of their parameters, into the table of materials.
-fn insert_laws(schema: &mut Value, table: &str, laws: &[(&str, Value)]) {
+/// Puts the names that the key of a table may have, and the schemas of the parameters that go with each, into the table.
+fn insert_named(schema: &mut Value, table: &str, key: &str, named: &[(&str, Value)]) {
     let mut definitions = Map::new();
-    let conditions: Vec<_> = laws.iter().map(|(name, law)| law_condition(name, law, &mut definitions)).collect();
-    if let Some(material) = schema.pointer_mut(&format!("/$defs/{table}")).and_then(Value::as_object_mut) {
-        material.insert("allOf".to_owned(), conditions.into());
+    let condition = |(name, one): &(&str, Value)| named_condition(key, name, one, &mut definitions);
+    let conditions: Vec<_> = named.iter().map(condition).collect();
+    if let Some(table) = schema.pointer_mut(&format!("/$defs/{table}")).and_then(Value::as_object_mut)
+        && !named.is_empty()
+    {
+        table.insert("allOf".to_owned(), conditions.into());
     }
-    let law_names: Vec<_> = laws.iter().map(|(name, _)| *name).collect();
-    restrict(schema, &format!("/$defs/{table}/properties/law"), &law_names);
+    let names: Vec<_> = named.iter().map(|(name, _)| *name).collect();
+    restrict(schema, &format!("/$defs/{table}/properties/{key}"), &names);
     if let Some(all) = schema.pointer_mut("/$defs").and_then(Value::as_object_mut) {
         all.append(&mut definitions);
     }
@@ -93,16 +97,16 @@ fn embedded(schema: &Value, prefix: &str, definitions: &mut Map<String, Value>) 
     schema
 }
 
-/// If a material has this law, its parameters are those of the law.
-fn law_condition(name: &str, law: &Value, definitions: &mut Map<String, Value>) -> Value {
-    let prefix = format!("law:{}:", name.replace(['~', '/', '#', '%', ' '], "-"));
-    let law = embedded(law, &prefix, definitions);
-    let needs_some = law.get("required").and_then(Value::as_array).is_some_and(|required| !required.is_empty());
-    let mut consequence = json!({ "properties": { "parameters": law } });
+/// If a table's key, such as the law of a material, has this name, its parameters are those of the name.
+fn named_condition(key: &str, name: &str, parameters: &Value, definitions: &mut Map<String, Value>) -> Value {
+    let prefix = format!("{key}:{}:", name.replace(['~', '/', '#', '%', ' '], "-"));
+    let parameters = embedded(parameters, &prefix, definitions);
+    let needs_some = parameters.get("required").and_then(Value::as_array).is_some_and(|required| !required.is_empty());
+    let mut consequence = json!({ "properties": { "parameters": parameters } });
     if needs_some {
         consequence["required"] = json!(["parameters"]);
     }
-    json!({ "if": { "properties": { "law": { "const": name } }, "required": ["law"] }, "then": consequence })
+    json!({ "if": { "properties": { (key): { "const": name } }, "required": [key] }, "then": consequence })
 }
 
 /// References to a schema's own definitions follow these to their new names.

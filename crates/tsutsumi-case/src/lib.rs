@@ -18,6 +18,7 @@
 //! |---|---|
 //! | `schema`, `source`, `validate`, `error` | the case file: types, text with places, checks, messages |
 //! | [`registry`] | the names of the variants: the only file that knows them |
+//! | `motions` | the exact motions by name |
 //! | [`model`], `fill`, [`build`], [`simulation`] | a case in motion |
 //! | [`mod@check`] | what follows from a case before it runs |
 //! | [`mod@run`], [`results`] | a run and what it leaves |
@@ -39,6 +40,7 @@ mod folder;
 mod json_schema;
 mod key_path;
 pub mod model;
+mod motions;
 mod overrides;
 mod pictures;
 pub mod registry;

@@ -45,6 +45,9 @@ pub trait Model<const D: usize> {
 
     /// Volume of water drained since the start (m³; m² in 2-D, m in 1-D).
     fn outflow(&self) -> f64;
+
+    /// The part of the velocities that the grid cannot see (–).
+    fn unseen_velocity(&self) -> f64;
 }
 
 /// The accessors that both models have under the same name.
@@ -97,6 +100,10 @@ impl<const D: usize> Model<D> for Solver<D> {
         self.particles()
     }
 
+    fn unseen_velocity(&self) -> f64 {
+        self.unseen_velocity()
+    }
+
     readings!();
 }
 
@@ -111,6 +118,11 @@ impl<const D: usize> Model<D> for FiniteElements<D> {
 
     fn particles(&self) -> &Particles<D> {
         self.points()
+    }
+
+    /// The nodes carry the velocities: there is nothing else.
+    fn unseen_velocity(&self) -> f64 {
+        0.0
     }
 
     readings!();

@@ -9,8 +9,9 @@ use schemars::JsonSchema;
 use serde::de::DeserializeOwned;
 use serde_json::Value;
 use tsutsumi::law::{
-    ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Group, Hencky, KozenyCarman, LawError, LinearElastic,
-    MaterialGroup, NeoHookean, XieLeo,
+    Bingham, ConductivityLaw, ConstantConductivity, ConstitutiveLaw, DruckerPrager, Group, Hencky, KozenyCarman,
+    LawError, LinearElastic, MaterialGroup, ModifiedCamClay, MohrCoulomb, MuI, NeoHookean, Newtonian, OkaCyclic,
+    PressureElastic, VonMises, XieLeo,
 };
 use tsutsumi::pressure::{CellPressure, ParticlePressure, PressureGradient, PressureIncrement};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
@@ -20,6 +21,7 @@ use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Apic, Flip, Fmpm, Mpm1, Mpm2, Tpic, VelocityUpdate, Xpic};
 
 use crate::json_schema::element_test_schema;
+use crate::motions::motion_schemas;
 use crate::schema::Method;
 use crate::{CaseError, CaseSource, KeyPath, case_schema, did_you_mean};
 
@@ -105,6 +107,15 @@ impl Registry {
             .law::<LinearElastic>("linear-elastic")
             .law::<NeoHookean>("neo-hookean")
             .law::<Hencky>("hencky")
+            .law::<PressureElastic>("pressure-elastic")
+            .law::<VonMises>("von-mises")
+            .law::<DruckerPrager>("drucker-prager")
+            .law::<MohrCoulomb>("mohr-coulomb")
+            .law::<ModifiedCamClay>("modified-cam-clay")
+            .law::<OkaCyclic>("oka-cyclic")
+            .law::<MuI>("mu-i")
+            .law::<Newtonian>("newtonian")
+            .law::<Bingham>("bingham")
     }
 
     /// Adds a law under a name. Its parameters are read from the case file by its own `Deserialize`, and described in
@@ -134,7 +145,7 @@ impl Registry {
             ("Method", "stress_order", names(&stress_orders())),
             ("Method", "particle_pressure", names(&particle_pressures::<1>())),
         ];
-        case_schema(&laws, &words)
+        case_schema(&laws, &motion_schemas(), &words)
     }
 
     /// The JSON Schema of element tests, with the parameters of every law.

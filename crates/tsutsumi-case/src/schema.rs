@@ -49,6 +49,10 @@ pub struct Case {
     /// Surfaces through which water leaves freely: one `[[drainage]]` each. All others are impervious.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drainage: Vec<Drainage>,
+    /// A motion that is known exactly. The bodies start with its velocity, its body force acts on them, and `history.csv` tells
+    /// how far they are from it.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub exact_motion: Option<ExactMotion>,
     /// Points whose histories are recorded: one `[[probes]]` each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub probes: Vec<Probe>,
@@ -597,6 +601,18 @@ pub struct Drainage {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]
     pub sides: Option<Vec<Face>>,
+}
+
+/// A motion that is known exactly.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ExactMotion {
+    /// Its name.
+    pub solution: String,
+    /// Its parameters.
+    #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
+    #[schemars(with = "BTreeMap<String, serde_json::Value>")]
+    pub parameters: toml::Table,
 }
 
 /// A point whose history is recorded. Give one of the two points, or both.

@@ -1,9 +1,12 @@
 //! A case in motion: the model, and what is read off it.
 
+use std::sync::Arc;
+
 use tsutsumi::grid::Grid;
 use tsutsumi::tensor::Vector;
 
 use crate::fill::bounds;
+use crate::motions::Motion;
 use crate::{Body, BodyShape, Case, Model};
 
 /// A model with the readings that a case asks for.
@@ -18,6 +21,9 @@ pub struct Simulation<const D: usize> {
     volume: f64,
     water_stored: f64,
     bulk_modulus: Option<f64>,
+    gravity: Vector<D>,
+    /// The motion that is known.
+    motion: Option<Arc<dyn Motion<D>>>,
 }
 
 /// Where a probe reads.
@@ -46,14 +52,33 @@ pub struct Balances {
 }
 
 impl<const D: usize> Simulation<D> {
-    pub(crate) fn new(model: Box<dyn Model<D>>, probes: Vec<ProbeAt<D>>, top: Vec<usize>, case: &Case) -> Self {
+    pub(crate) fn new(
+        model: Box<dyn Model<D>>,
+        probes: Vec<ProbeAt<D>>,
+        top: Vec<usize>,
+        motion: Option<Arc<dyn Motion<D>>>,
+        case: &Case,
+    ) -> Self {
         let particles = model.particles();
         let position = particles.position.clone();
         let top_half_height = top.iter().map(|&p| particles.half_size[p][D - 1]).collect();
         let volume = particles.volume.iter().sum();
         let bulk_modulus = case.fluid.as_ref().map(|fluid| fluid.bulk_modulus);
-        let mut simulation =
-            Simulation { model, probes, top, position, top_half_height, volume, water_stored: 0.0, bulk_modulus };
+        // Without gravity, or an axis of it, there is none.
+        let component = |axis: usize| case.gravity.as_ref().and_then(|gravity| gravity.get(axis)).copied();
+        let gravity = Vector::from_fn(|axis, _| component(axis).unwrap_or(0.0));
+        let mut simulation = Simulation {
+            model,
+            probes,
+            top,
+            position,
+            top_half_height,
+            volume,
+            water_stored: 0.0,
+            bulk_modulus,
+            gravity,
+            motion,
+        };
         simulation.water_stored = simulation.water_compressed_by_pressure();
         simulation
     }
@@ -90,6 +115,15 @@ impl<const D: usize> Simulation<D> {
             ["settlement.particles", "settlement.surface", "energy.kinetic", "energy.strain", "outflow"]
                 .map(str::to_owned),
         );
+        names.extend(["energy.potential", "energy.total", "noise.velocity"].map(str::to_owned));
+        let axes_of_rotation = &["z", "x", "y"][..D * (D - 1) / 2];
+        names.extend(axes_of_rotation.iter().map(|axis| format!("angular_momentum.{axis}")));
+        if let Some(motion) = &self.motion {
+            let scales = motion.scales();
+            names.push("error.displacement".to_owned());
+            names.extend(scales.velocity.map(|_| "error.velocity".to_owned()));
+            names.extend(scales.energy.map(|_| "error.energy".to_owned()));
+        }
         names
     }
 
@@ -109,6 +143,11 @@ impl<const D: usize> Simulation<D> {
         row.push(particles.kinetic_energy());
         row.push(self.model.strain_energy());
         row.push(self.model.outflow());
+        row.extend([self.potential_energy(), self.total_energy(), self.model.unseen_velocity()]);
+        row.extend(&self.angular_momentum()[..D * (D - 1) / 2]);
+        if let Some(motion) = &self.motion {
+            row.extend(self.errors(&**motion));
+        }
         row
     }
 
@@ -136,6 +175,47 @@ impl<const D: usize> Simulation<D> {
         let half_size = &self.model.particles().half_size;
         let thinned: f64 = self.top.iter().zip(&self.top_half_height).map(|(&p, old)| old - half_size[p][D - 1]).sum();
         self.settlement_of_particles() + thinned / self.top.len() as f64
+    }
+
+    /// What gravity has gained or lost on the particles since the start, −Σ M_p g·u_p (J).
+    pub fn potential_energy(&self) -> f64 {
+        let mass = &self.model.particles().mass;
+        0.0 - mass.iter().enumerate().map(|(p, mass)| mass * self.gravity.dot(&self.displacement(p))).sum::<f64>()
+    }
+
+    /// Kinetic, strain and potential energy together (J).
+    pub fn total_energy(&self) -> f64 {
+        self.model.particles().kinetic_energy() + self.model.strain_energy() + self.potential_energy()
+    }
+
+    /// Angular momentum Σ M_p X_p × V_p about the origin (kg m²/s): about z, x and y; z alone in 2-D.
+    ///
+    /// What particles carry besides their velocities, as with APIC, is not in it.
+    pub fn angular_momentum(&self) -> [f64; 3] {
+        let particles = self.model.particles();
+        let about = |first: usize, second: usize| -> f64 {
+            let of_particle = |p: usize| {
+                let (x, v) = (&particles.position[p], &particles.velocity[p]);
+                particles.mass[p] * (x[first] * v[second] - x[second] * v[first])
+            };
+            if first.max(second) < D { (0..particles.len()).map(of_particle).sum() } else { 0.0 }
+        };
+        [about(0, 1), about(1, 2), about(2, 0)]
+    }
+
+    /// How far the particles are from an exact motion: root mean squares of displacement and velocity over all particles, and
+    /// the energy, each over the motion's own size (–), as far as it has them.
+    fn errors(&self, motion: &dyn Motion<D>) -> impl Iterator<Item = f64> {
+        let (time, particles, scales) = (self.model.time(), self.model.particles(), motion.scales());
+        let rms = |error: &dyn Fn(usize, &Vector<D>) -> Vector<D>| {
+            let squares = self.position.iter().enumerate().map(|(p, start)| error(p, start).norm_squared());
+            (squares.sum::<f64>() / particles.len() as f64).sqrt()
+        };
+        let displacement = rms(&|p, start| self.displacement(p) - motion.displacement(start, time));
+        let velocity =
+            scales.velocity.map(|scale| rms(&|p, start| particles.velocity[p] - motion.velocity(start, time)) / scale);
+        let energy = scales.energy.map(|scale| (self.total_energy() - motion.energy(time)) / scale);
+        std::iter::once(displacement / scales.displacement).chain(velocity).chain(energy)
     }
 
     /// What must balance.

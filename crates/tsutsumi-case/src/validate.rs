@@ -56,6 +56,7 @@ impl<'a> Checks<'a> {
         self.supports();
         self.loads();
         self.drainage();
+        self.exact_motion();
         self.probes();
         self.output();
     }
@@ -761,6 +762,20 @@ impl<'a> Checks<'a> {
             for (side, &face) in drainage.sides.iter().flatten().enumerate() {
                 self.face(sides.clone().index(side), face);
             }
+        }
+    }
+
+    fn exact_motion(&mut self) {
+        if self.case.exact_motion.is_none() {
+            return;
+        }
+        if self.case.method.solver == SolverKind::Fem {
+            let help = "take `exact_motion` out, or take `method.solver` = \"mpm\"";
+            self.report("exact_motion", "finite elements have no exact motion", help);
+        }
+        for (index, _) in self.case.bodies.iter().enumerate().filter(|(_, body)| body.initial.velocity.is_some()) {
+            let key = KeyPath::from("bodies").index(index).key("initial").key("velocity");
+            self.report(key, "the velocity at the start is that of `exact_motion`", "take one of the two out");
         }
     }
 

@@ -52,6 +52,8 @@ pub enum BarEnds {
     FixedFree,
     /// Fixed at both ends.
     FixedFixed,
+    /// Free at both ends.
+    FreeFree,
 }
 
 /// A standing axial wave in an elastic bar, which passes through the unstrained state at time zero.
@@ -63,6 +65,7 @@ pub enum BarEnds {
 /// ```text
 /// u = v_0/ω sin(β x) sin(ω t)        σ = E β v_0/ω cos(β x) sin(ω t)        ω = β √(E/ρ)
 /// β = (m − ½) π/L  fixed–free,       β = m π/L  fixed–fixed                 m = 1, 2, …
+/// u = v_0/ω cos(β x) sin(ω t)        β = m π/L  free–free
 /// kinetic energy  ρ v_0² L/4 cos²(ω t)        strain energy  ρ v_0² L/4 sin²(ω t)
 /// ```
 ///
@@ -144,24 +147,32 @@ impl VibratingBar {
     /// The displacement u (m) at a position (m) along the bar, at a time (s).
     pub fn displacement(&self, position: f64, time: f64) -> f64 {
         let frequency = self.angular_frequency();
-        self.velocity / frequency * (self.wave_number() * position).sin() * (frequency * time).sin()
+        self.velocity / frequency * self.mode_shape(position) * (frequency * time).sin()
     }
 
     /// The velocity (m/s) at a position (m) along the bar, at a time (s).
     pub fn velocity(&self, position: f64, time: f64) -> f64 {
-        self.velocity * (self.wave_number() * position).sin() * (self.angular_frequency() * time).cos()
+        self.velocity * self.mode_shape(position) * (self.angular_frequency() * time).cos()
     }
 
     /// The stress σ (Pa, positive in tension) at a position (m) along the bar, at a time (s).
     pub fn stress(&self, position: f64, time: f64) -> f64 {
         let (number, frequency) = (self.wave_number(), self.angular_frequency());
-        self.modulus * number * self.velocity / frequency * (number * position).cos() * (frequency * time).sin()
+        let slope = match self.ends {
+            BarEnds::FreeFree => -(number * position).sin(),
+            BarEnds::FixedFree | BarEnds::FixedFixed => (number * position).cos(),
+        };
+        self.modulus * number * self.velocity / frequency * slope * (frequency * time).sin()
     }
 
     /// The mean velocity over the bar (m/s), which is that of its centre of mass, at a time (s).
     pub fn mean_velocity(&self, time: f64) -> f64 {
         let phase = self.wave_number() * self.length;
-        self.velocity * (1.0 - phase.cos()) / phase * (self.angular_frequency() * time).cos()
+        let mean = match self.ends {
+            BarEnds::FreeFree => phase.sin() / phase,
+            BarEnds::FixedFree | BarEnds::FixedFixed => (1.0 - phase.cos()) / phase,
+        };
+        self.velocity * mean * (self.angular_frequency() * time).cos()
     }
 
     /// The kinetic energy (J/m²) at a time (s).
@@ -179,11 +190,25 @@ impl VibratingBar {
         0.25 * self.density * self.velocity * self.velocity * self.length
     }
 
+    /// The largest displacement v_0/ω (m), which a belly of the wave has.
+    pub fn amplitude(&self) -> f64 {
+        self.velocity / self.angular_frequency()
+    }
+
+    /// The motion at a position (m) over that of a belly (–).
+    fn mode_shape(&self, position: f64) -> f64 {
+        let phase = self.wave_number() * position;
+        match self.ends {
+            BarEnds::FreeFree => phase.cos(),
+            BarEnds::FixedFree | BarEnds::FixedFixed => phase.sin(),
+        }
+    }
+
     /// β (1/m).
     fn wave_number(&self) -> f64 {
         let half_waves = match self.ends {
             BarEnds::FixedFree => f64::from(self.mode) - 0.5,
-            BarEnds::FixedFixed => f64::from(self.mode),
+            BarEnds::FixedFixed | BarEnds::FreeFree => f64::from(self.mode),
         };
         half_waves * PI / self.length
     }
@@ -275,7 +300,7 @@ mod tests {
     /// amplitudes.
     #[test]
     fn the_standing_wave_obeys_the_wave_equation() {
-        for ends in [BarEnds::FixedFree, BarEnds::FixedFixed] {
+        for ends in [BarEnds::FixedFree, BarEnds::FixedFixed, BarEnds::FreeFree] {
             let bar = bar(ends);
             let (dx, dt) = (2e-3, 2e-4);
             let amplitude = 0.1 * 10.0;
@@ -288,9 +313,12 @@ mod tests {
                 let force = (bar.stress(x + dx, t) - bar.stress(x - dx, t)) / (2.0 * dx);
                 assert!((bar.density * acceleration - force).abs() < 1e-6 * amplitude);
             }
-            assert_eq!(bar.velocity(0.0, 0.3), 0.0);
         }
         // A free end carries no stress, a fixed one does not move.
+        assert_eq!(bar(BarEnds::FixedFree).velocity(0.0, 0.3), 0.0);
+        assert_eq!(bar(BarEnds::FixedFixed).velocity(0.0, 0.3), 0.0);
+        assert_eq!(bar(BarEnds::FreeFree).stress(0.0, 1.0), 0.0);
+        assert!(bar(BarEnds::FreeFree).stress(25.0, 1.0).abs() < 1e-14);
         assert!(bar(BarEnds::FixedFree).stress(25.0, 1.0).abs() < 1e-14);
         assert!(bar(BarEnds::FixedFixed).velocity(25.0, 1.0).abs() < 1e-15);
     }
@@ -299,7 +327,7 @@ mod tests {
     /// waves' squares and to 3e-6 for the mean velocity.
     #[test]
     fn energies_and_mean_velocity_are_integrals_over_the_bar() {
-        for ends in [BarEnds::FixedFree, BarEnds::FixedFixed] {
+        for ends in [BarEnds::FixedFree, BarEnds::FixedFixed, BarEnds::FreeFree] {
             let bar = bar(ends);
             let (count, interval, time) = (2000, 25.0 / 2000.0, 1.7);
             let integrate = |function: &dyn Fn(f64) -> f64| {

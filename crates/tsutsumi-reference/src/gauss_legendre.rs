@@ -25,7 +25,7 @@ pub(crate) fn integrate_graded(end: f64, num_panels: usize, function: impl Fn(f6
 }
 
 /// The integral over one panel.
-fn integrate_panel(left: f64, right: f64, function: &impl Fn(f64) -> f64) -> f64 {
+pub(crate) fn integrate_panel(left: f64, right: f64, function: &impl Fn(f64) -> f64) -> f64 {
     let (middle, half) = (0.5 * (left + right), 0.5 * (right - left));
     half * RULE.iter().map(|(x, w)| w * (function(middle - half * x) + function(middle + half * x))).sum::<f64>()
 }

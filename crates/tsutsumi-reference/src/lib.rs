@@ -12,6 +12,8 @@
 //! | [`waves`] | steady harmonic loads and smooth load steps on a column with inertia, three models |
 //! | [`telegraph`] | the damped wave in a saturated half-space under a load put on at once |
 //! | [`elastic_column`] | an elastic column at rest under gravity and a load; a vibrating bar |
+//! | [`heavy_column`] | an elastic column pressed together by its own weight, large strains |
+//! | [`vortex`] | a ring that turns within a block at rest: a manufactured solution at large strains |
 //! | [`sliding_block`] | a block on a slope with dry friction; safety of an infinite slope with seepage |
 //! | [`bearing`] | bearing capacity of a strip footing (Prandtl, Reissner) |
 //! | [`seepage`] | steady seepage through a dam with vertical faces (Dupuit, Charny) |
@@ -38,6 +40,7 @@ pub mod elastic_column;
 pub mod finite_elements;
 mod gauss_legendre;
 pub mod ground;
+pub mod heavy_column;
 pub mod laplace;
 pub mod large_strain;
 pub mod mandel;
@@ -46,4 +49,5 @@ pub mod seepage;
 pub mod self_weight;
 pub mod sliding_block;
 pub mod telegraph;
+pub mod vortex;
 pub mod waves;

@@ -1,7 +1,9 @@
 //! Supports and loads. Drainage is carried by the particles, see [`Particles::drained`].
 
 use std::f64::consts::TAU;
+use std::fmt::Debug;
 use std::ops::Range;
+use std::sync::Arc;
 
 use crate::grid::{ActiveSet, Grid, NodeFields, Side, Tie};
 use crate::particles::Particles;
@@ -129,14 +131,28 @@ pub struct FluidLoad {
     pub history: History,
 }
 
+/// A force per mass that follows the material, beside gravity: what makes a motion that was chosen beforehand an exact solution.
+pub trait BodyForce<const D: usize>: Debug + Send + Sync {
+    /// The force per mass (m/s²) on the material that started at `start` (m), at a time (s).
+    fn force(&self, start: &Vector<D>, time: f64) -> Vector<D>;
+}
+
+/// A body force, and where the particles it acts on started.
+#[derive(Debug, Clone)]
+struct FollowingForce<const D: usize> {
+    force: Arc<dyn BodyForce<D>>,
+    starts: Vec<Vector<D>>,
+}
+
 /// What holds and pushes the body (steps 2 and 4 of the algorithm).
-#[derive(Debug, Clone, PartialEq)]
+#[derive(Debug, Clone)]
 pub struct Boundary<const D: usize> {
     fixed: Vec<AxisSet>,
     /// The nodes that move as one, wherever the body is.
     ties: Vec<Tie>,
     loads: Vec<Load<D>>,
     fluid_loads: Vec<FluidLoad>,
+    body_forces: Vec<FollowingForce<D>>,
 }
 
 impl<const D: usize> Boundary<D> {
@@ -147,6 +163,7 @@ impl<const D: usize> Boundary<D> {
             ties: Vec::new(),
             loads: Vec::new(),
             fluid_loads: Vec::new(),
+            body_forces: Vec::new(),
         }
     }
 
@@ -214,6 +231,11 @@ impl<const D: usize> Boundary<D> {
         self.fluid_loads.push(load);
     }
 
+    /// Adds a body force on all particles, which start at `starts` (m).
+    pub fn push_body_force(&mut self, force: Arc<dyn BodyForce<D>>, starts: Vec<Vector<D>>) {
+        self.body_forces.push(FollowingForce { force, starts });
+    }
+
     /// The fluids that press on bodies.
     pub fn fluid_loads(&self) -> &[FluidLoad] {
         &self.fluid_loads
@@ -257,6 +279,9 @@ impl<const D: usize> Boundary<D> {
         for load in &self.fluid_loads {
             let pressure = load.pressure * load.history.factor(time);
             transfer.spread_pressure(grid, particles, load.particles.clone(), pressure, nodes);
+        }
+        for FollowingForce { force, starts } in &self.body_forces {
+            transfer.spread_body_force(grid, particles, &|p| force.force(&starts[p], time), nodes);
         }
     }
 

@@ -6,19 +6,43 @@
 //!
 //! To write one, implement [`ConstitutiveLaw`]: two methods are required. `examples/my-law` is a complete one.
 
+mod bingham;
 mod conductivity;
+mod drucker_prager;
+mod frictional;
 mod group;
 mod hencky;
 mod left_cauchy_green;
 mod linear_elastic;
+mod liquid_pressure;
+mod meridian;
+mod modified_cam_clay;
+mod mohr_coulomb;
+mod mu_i;
 mod neo_hookean;
+mod newtonian;
+mod oka_cyclic;
+mod parameter;
+mod pressure_elastic;
+mod principal;
+mod von_mises;
 
+pub use bingham::{Bingham, BinghamState};
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
+pub use drucker_prager::{Cone, DruckerPrager};
+pub use frictional::FrictionalState;
 pub use group::{BlockOutcome, Group, MaterialGroup};
 pub use hencky::Hencky;
 pub use left_cauchy_green::LeftCauchyGreen;
 pub use linear_elastic::LinearElastic;
+pub use modified_cam_clay::{CamClayState, ModifiedCamClay};
+pub use mohr_coulomb::MohrCoulomb;
+pub use mu_i::{MuI, MuIState};
 pub use neo_hookean::NeoHookean;
+pub use newtonian::{Newtonian, NewtonianState};
+pub use oka_cyclic::{OkaCyclic, OkaCyclicState};
+pub use pressure_elastic::PressureElastic;
+pub use von_mises::{VonMises, VonMisesState};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
@@ -97,6 +121,12 @@ pub enum LawError {
         /// The strain increment (–).
         strain: Sym3,
     },
+    /// A law whose stiffness comes from compression alone has none.
+    #[error("the mean effective pressure is {pressure:.3e} Pa, but this law needs compression (a positive one)")]
+    NoCompression {
+        /// The mean effective pressure (Pa, positive in compression).
+        pressure: f64,
+    },
     /// An iteration did not converge.
     #[error("the return mapping did not converge in {iterations} iterations (residual {residual:e})")]
     NotConverged {
@@ -104,6 +134,12 @@ pub enum LawError {
         iterations: usize,
         /// The residual reached, in the law's own measure.
         residual: f64,
+    },
+    /// Plastic strain would lower the stress faster than the elastic strain it replaces: there is no answer to a strain increment.
+    #[error("the material snaps back: the plastic modulus is {modulus:e} Pa")]
+    SnapBack {
+        /// The modulus (Pa) by which plastic loading divides; not positive.
+        modulus: f64,
     },
 }
 
@@ -192,18 +228,7 @@ pub trait ConstitutiveLaw: Send + Sync + 'static {
     /// # Errors
     /// Those of [`ConstitutiveLaw::update`].
     fn tangent(&self, stress: Sym3, state: Self::State, strain: Sym3) -> Result<Matrix6, LawError> {
-        // The cube root of the machine precision balances rounding and truncation of a central difference.
-        let step = strain.to_kelvin().norm().max(1e-6) * f64::EPSILON.cbrt();
-        let mut tangent = Matrix6::zeros();
-        for column in 0..6 {
-            let mut direction = nalgebra::Vector6::zeros();
-            direction[column] = step;
-            let nudge = Sym3::from_kelvin(&direction);
-            let (forward, _) = self.update(stress, state, strain + nudge)?;
-            let (backward, _) = self.update(stress, state, strain - nudge)?;
-            tangent.set_column(column, &((forward - backward).to_kelvin() / (2.0 * step)));
-        }
-        Ok(tangent)
+        tangent_by_differences(self, stress, state, strain)
     }
 
     /// The names of the law's own output quantities, written beside the stress.
@@ -213,4 +238,25 @@ pub trait ConstitutiveLaw: Send + Sync + 'static {
 
     /// The values of [`ConstitutiveLaw::outputs`], in the same order.
     fn write_outputs(&self, _stress: Sym3, _state: &Self::State, _values: &mut [f64]) {}
+}
+
+/// The tangent dσ'/dε (Pa) in Kelvin components by central differences of [`ConstitutiveLaw::update`].
+fn tangent_by_differences<L: ConstitutiveLaw + ?Sized>(
+    law: &L,
+    stress: Sym3,
+    state: L::State,
+    strain: Sym3,
+) -> Result<Matrix6, LawError> {
+    // The cube root of the machine precision balances rounding and truncation of a central difference.
+    let step = strain.to_kelvin().norm().max(1e-6) * f64::EPSILON.cbrt();
+    let mut tangent = Matrix6::zeros();
+    for column in 0..6 {
+        let mut direction = nalgebra::Vector6::zeros();
+        direction[column] = step;
+        let nudge = Sym3::from_kelvin(&direction);
+        let (forward, _) = law.update(stress, state, strain + nudge)?;
+        let (backward, _) = law.update(stress, state, strain - nudge)?;
+        tangent.set_column(column, &((forward - backward).to_kelvin() / (2.0 * step)));
+    }
+    Ok(tangent)
 }

@@ -5,6 +5,7 @@ mod error;
 mod limits;
 mod motion;
 mod stress_order;
+mod unseen;
 mod viscosity;
 
 pub use dilation::VolumetricStrain;

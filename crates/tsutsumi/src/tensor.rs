@@ -48,6 +48,7 @@ impl Sym3 {
     }
 
     /// The symmetric part of a matrix.
+    #[inline(always)]
     pub fn symmetric_part(matrix: &Matrix3) -> Self {
         Sym3 {
             xx: matrix[(0, 0)],
@@ -106,6 +107,23 @@ impl Sym3 {
         let axes = eigen.eigenvectors;
         let [a, b, c] = [0, 1, 2].map(|i| function(eigen.eigenvalues[i]));
         Sym3::diagonal(a, b, c).rotated(&axes)
+    }
+
+    /// The tensor turned by a rotation about z, with the cosine and the sine of the angle: bit by bit what [`Sym3::rotated`] gives.
+    #[inline(always)]
+    pub fn rotated_about_z(self, cosine: f64, sine: f64) -> Self {
+        let half = [
+            [cosine * self.xx - sine * self.xy, cosine * self.xy - sine * self.yy],
+            [sine * self.xx + cosine * self.xy, sine * self.xy + cosine * self.yy],
+        ];
+        Sym3 {
+            xx: half[0][0] * cosine - half[0][1] * sine,
+            yy: half[1][0] * sine + half[1][1] * cosine,
+            zz: self.zz,
+            xy: half[0][0] * sine + half[0][1] * cosine,
+            yz: sine * self.zx + cosine * self.yz,
+            zx: cosine * self.zx - sine * self.yz,
+        }
     }
 
     /// The first `D` components of a · g, for a vector g of space (zero out of the plane).
@@ -258,6 +276,12 @@ mod tests {
         let kelvin = a.to_kelvin().dot(&b.to_kelvin());
         assert!((kelvin - a.double_dot(b)).abs() < 1e-14 * kelvin.abs());
         assert!((Sym3::from_kelvin(&a.to_kelvin()) - a).double_dot(Sym3::IDENTITY).abs() < 1e-15);
+    }
+
+    #[test]
+    fn a_rotation_about_z_is_the_same_in_every_bit() {
+        let turn = rotation(&Vector::<3>::new(0.0, 0.0, 0.3));
+        assert_eq!(sample().rotated_about_z(turn[(0, 0)], turn[(1, 0)]), sample().rotated(&turn));
     }
 
     #[test]

@@ -195,6 +195,21 @@ pub trait Transfer<const D: usize>: Send + Sync {
         nodes: &mut NodeFields<D>,
     );
 
+    /// Adds forces per mass (m/s²) on the particles, by their numbers, to those of the nodes.
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// f_I = Σ_p M_p b_p N_I(X_p)
+    /// ```
+    fn spread_body_force(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        of_particle: &dyn Fn(usize) -> Vector<D>,
+        nodes: &mut NodeFields<D>,
+    );
+
     /// Adds the forces of a fluid that presses all round on a body, the particles `of`, to the nodes.
     ///
     /// # Equation
@@ -235,13 +250,9 @@ impl<const D: usize> Stencil<D> {
         half_size: Vector<D>,
     ) -> Self {
         let strides = grid.node_strides();
-        let mut first_node = 0;
-        let mut weights = [Weights::default(); D];
-        for axis in 0..D {
-            let at = CellOnAxis { cell: index[axis], num_cells: grid.cells()[axis] };
-            first_node += shape.first_node(at) * strides[axis];
-            weights[axis] = shape.weights(at, place[axis], half_size[axis]);
-        }
+        let on_axis = |axis: usize| CellOnAxis { cell: index[axis], num_cells: grid.cells()[axis] };
+        let first_node = (0..D).map(|axis| shape.first_node(on_axis(axis)) * strides[axis]).sum();
+        let weights = std::array::from_fn(|axis| shape.weights(on_axis(axis), place[axis], half_size[axis]));
         Stencil { first_node, strides, weights, inverse_spacing: grid.inverse_spacing() }
     }
 
@@ -507,6 +518,20 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         });
         let share = if reached > 0.0 && missed > 0.0 { 1.0 / reached } else { 1.0 };
         stencil.visit::<S>(|_, node, value, _| nodes.force[node] += force * (value * share));
+    }
+
+    fn spread_body_force(
+        &self,
+        grid: &Grid<D>,
+        particles: &Particles<D>,
+        of_particle: &dyn Fn(usize) -> Vector<D>,
+        nodes: &mut NodeFields<D>,
+    ) {
+        for p in 0..particles.len() {
+            let force = of_particle(p) * particles.mass[p];
+            Stencil::of_particle(self, grid, particles, p)
+                .visit::<S>(|_, node, value, _| nodes.force[node] += force * value);
+        }
     }
 
     fn spread_pressure(

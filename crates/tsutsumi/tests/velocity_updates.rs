@@ -492,3 +492,21 @@ fn the_column_is_the_same_in_1d_2d_and_3d() {
         }
     }
 }
+
+/// Velocities that change their sign from particle to particle, and velocities that do not change. Two particles per cell at its
+/// quarters, linear shape functions: by hand the inner nodes see nothing of the first and the two ends ±½, so that
+///
+/// ```text
+/// noise² = 1 − 0.6875/(2 N)        N cells
+/// ```
+#[test]
+fn what_the_grid_cannot_see_is_measured() {
+    let noise = |velocity: fn(f64) -> f64| {
+        let body = Body::<1>::free(Vector::zeros(), Vector::repeat(8.0), 1.0, [8]).dry().particles_per_cell([2]);
+        body.velocity(move |x| Vector::repeat(velocity(x[0]))).build().unseen_velocity()
+    };
+    let alternating = noise(|x| if x.fract() < 0.5 { 1.0 } else { -1.0 });
+    assert!((alternating - (1.0_f64 - 0.6875 / 16.0).sqrt()).abs() < 1e-14, "{alternating}");
+    assert!(noise(|_| 3.0) < 1e-15);
+    assert_eq!(noise(|_| 0.0), 0.0);
+}

@@ -3,7 +3,7 @@
 use serde::Serialize;
 
 use super::execute::RunReport;
-use super::plan::Study;
+use super::plan::{PlannedRun, Study};
 use super::quantity::Quantity;
 use super::schema::ErrorMeasure;
 use super::series::{History, Series};
@@ -114,24 +114,46 @@ pub(super) fn compared(study: &Study) -> Vec<Quantity> {
     columns.into_iter().map(|column| Quantity { column: column.to_owned(), is_rate: false }).collect()
 }
 
+/// What rows call the reference that is part of the case.
+pub(super) const EXACT_MOTION: &str = "exact motion";
+
+/// The columns of a run that are errors of an exact motion, as far as they are compared.
+fn motion_errors(study: &Study, run: &PlannedRun) -> Vec<Quantity> {
+    let wanted = study.file.comparison.quantities.as_ref();
+    let columns = run.columns.iter().filter(|column| column.starts_with("error."));
+    let columns = columns.filter(|column| wanted.is_none_or(|names| names.contains(column)));
+    columns.map(|column| Quantity { column: column.clone(), is_rate: false }).collect()
+}
+
 /// Every variant beside every reference that has something to say about it.
 pub(super) fn rows(study: &Study, reports: &[RunReport], histories: &[Option<History>]) -> Vec<Row> {
     let quantities = compared(study);
     let mut rows = Vec::new();
     for (number, run) in study.variants() {
         let before = rows.len();
-        for reference in &study.references {
+        let window = study.window_of(run);
+        let is_of_run = |problem: &Option<String>| problem.is_none() || *problem == run.problem;
+        for reference in study.references.iter().filter(|reference| is_of_run(&reference.problem)) {
             for quantity in quantities.iter().filter(|quantity| run.columns.contains(&quantity.column)) {
                 if !reference.columns().contains(&quantity.column.as_str()) {
                     continue;
                 }
                 let errors = histories[number].as_ref().and_then(|history| {
                     let expected = reference.sample(quantity, history.times(), histories)?;
-                    Errors::between(&history.quantity(quantity)?, &expected, study.file.comparison.window)
+                    Errors::between(&history.quantity(quantity)?, &expected, window)
                 });
                 let row = Row::of(&reports[number], Some((&reference.name, quantity)), errors);
                 rows.push(row);
             }
+        }
+        for quantity in motion_errors(study, run) {
+            let errors = histories[number].as_ref().and_then(|history| {
+                let error = history.quantity(&quantity)?;
+                let none = Series { value: vec![0.0; error.time.len()], time: error.time.clone() };
+                // These columns are relative already.
+                Some(Errors { largest_reference: 1.0, ..Errors::between(&error, &none, window)? })
+            });
+            rows.push(Row::of(&reports[number], Some((EXACT_MOTION, &quantity)), errors));
         }
         if rows.len() == before {
             rows.push(Row::of(&reports[number], None, None));
@@ -202,6 +224,16 @@ pub(super) fn orders(study: &Study, rows: &[Row]) -> Vec<Order> {
         }
     }
     orders
+}
+
+/// The slope of the line through points in logarithms, by least squares.
+pub(super) fn slope(x: &[f64], y: &[f64]) -> f64 {
+    let points = || x.iter().zip(y).map(|(x, y)| (x.ln(), y.ln()));
+    let count = x.len() as f64;
+    let (mean_x, mean_y) = points().fold((0.0, 0.0), |(sum_x, sum_y), (x, y)| (sum_x + x / count, sum_y + y / count));
+    let covariance: f64 = points().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
+    let variance: f64 = points().map(|(x, _)| (x - mean_x).powi(2)).sum();
+    covariance / variance
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use super::compare::{Convergence, convergences};
+use super::compare::{Convergence, convergences, slope};
 use super::numbers::{columns_csv, curves_csv};
 use super::plan::{PlannedRun, Study};
 use super::quantity::{Measure, Quantity};
@@ -320,16 +320,6 @@ fn is_wanted(figure: &Figure, one: &Convergence) -> bool {
         names.as_ref().is_none_or(|names| names.iter().any(|known| known == name))
     };
     among(&figure.references, one.reference) && among(&figure.quantities, one.quantity)
-}
-
-/// The slope of the line through points in logarithms, by least squares.
-fn slope(x: &[f64], y: &[f64]) -> f64 {
-    let points = || x.iter().zip(y).map(|(x, y)| (x.ln(), y.ln()));
-    let count = x.len() as f64;
-    let (mean_x, mean_y) = points().fold((0.0, 0.0), |(sum_x, sum_y), (x, y)| (sum_x + x / count, sum_y + y / count));
-    let covariance: f64 = points().map(|(x, y)| (x - mean_x) * (y - mean_y)).sum();
-    let variance: f64 = points().map(|(x, _)| (x - mean_x).powi(2)).sum();
-    covariance / variance
 }
 
 fn grows_down(quantities: &[String]) -> bool {

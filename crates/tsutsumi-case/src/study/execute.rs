@@ -14,7 +14,7 @@ use super::plan::{PlannedRun, Study};
 use super::series::History;
 use crate::folder::{CASE, HISTORY, MANIFEST};
 use crate::results::replace_with_json;
-use crate::{Observer, Outcome, Progress, Registry, RunOptions, Wish, run};
+use crate::{Observer, Outcome, Performance, Progress, Registry, RunOptions, Wish, run};
 
 /// Where the runs are, in the folder of the study.
 pub(super) const RUNS: &str = "runs";
@@ -57,6 +57,8 @@ pub struct RunReport {
     pub steps: u64,
     /// Wall time of the step loop (s); of the earlier run if it was taken over.
     pub wall_s: f64,
+    /// Particles times steps over wall time (1/s).
+    pub particle_steps_per_s: f64,
     /// Whether an earlier run with the same inputs was taken over.
     pub reused: bool,
 }
@@ -118,17 +120,18 @@ impl Shared<'_> {
         let folder = self.folder.join(RUNS).join(&planned.name);
         let earlier = if self.fresh { None } else { earlier_run(&folder, planned) };
         let reused = earlier.is_some();
-        let (outcome, steps, wall_s) = match earlier {
-            Some(cost) => (Outcome::Finished, cost.steps, cost.wall_s),
-            None if self.stop.load(Ordering::Relaxed) => (Outcome::Interrupted, 0, 0.0),
+        let (outcome, cost) = match earlier {
+            Some(cost) => (Outcome::Finished, cost),
+            None if self.stop.load(Ordering::Relaxed) => (Outcome::Interrupted, Cost::default()),
             None => self.run(number, planned, &folder),
         };
         let (name, is_reference) = (planned.name.clone(), planned.is_reference);
-        RunReport { name, is_reference, folder, outcome, steps, wall_s, reused }
+        let Cost { steps, wall_s, particle_steps_per_s } = cost;
+        RunReport { name, is_reference, folder, outcome, steps, wall_s, particle_steps_per_s, reused }
     }
 
-    /// Runs a case; its outcome, steps and wall time (s).
-    fn run(&self, number: usize, planned: &PlannedRun, folder: &Path) -> (Outcome, u64, f64) {
+    /// Runs a case; its outcome and cost.
+    fn run(&self, number: usize, planned: &PlannedRun, folder: &Path) -> (Outcome, Cost) {
         let options = RunOptions { out: Some(folder.to_owned()), force: true, allow_unstable: planned.allow_unstable };
         let mut watch = Watch { shared: self, number };
         // What is about to be replaced is not to be taken for a finished run, whatever happens.
@@ -141,15 +144,15 @@ impl Shared<'_> {
         });
         match ended {
             Ok(summary) => {
-                let (steps, wall_s) = (summary.performance.steps, summary.performance.wall_s);
+                let Performance { steps, wall_s, particle_steps_per_s, .. } = summary.performance;
                 let kept = match summary.outcome {
                     Outcome::Finished => replace_with_json(&folder.join(INPUTS), &Inputs::of(planned)),
                     _ => Ok(()),
                 };
                 let outcome = kept.map_or_else(|error| Outcome::Failed(error.to_string()), |()| summary.outcome);
-                (outcome, steps, wall_s)
+                (outcome, Cost { steps, wall_s, particle_steps_per_s })
             }
-            Err(reason) => (Outcome::Failed(reason), 0, 0.0),
+            Err(reason) => (Outcome::Failed(reason), Cost::default()),
         }
     }
 }
@@ -208,10 +211,11 @@ impl Executable {
 }
 
 /// The part of a run's manifest that the table shows.
-#[derive(Debug, Deserialize)]
+#[derive(Debug, Default, Deserialize)]
 struct Cost {
     steps: u64,
     wall_s: f64,
+    particle_steps_per_s: f64,
 }
 
 /// A finished run in the folder that was made from the same inputs; none if anything about it is in doubt.

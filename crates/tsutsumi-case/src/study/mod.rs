@@ -22,7 +22,7 @@
 //! | `reference` | exact solutions, files of numbers and reference runs, asked alike |
 //! | `quantity`, `series` | columns of histories, their units, rates and values in between |
 //! | `execute` | the runs, side by side, and which of them need not be run again |
-//! | `compare`, `table` | errors and observed orders |
+//! | `compare`, `problems`, `table` | errors, observed orders, and a line for every variant of a problem |
 //! | `draw`, `numbers` | the figures and their numbers |
 //! | `output`, `summary` | a study from its runs to its folder, and what is left of it |
 
@@ -32,6 +32,7 @@ mod execute;
 mod numbers;
 mod output;
 mod plan;
+mod problems;
 mod quantity;
 mod reference;
 mod runs;
@@ -48,6 +49,7 @@ pub use compare::{Errors, Order, Row};
 pub use execute::{RunReport, StudyObserver};
 pub use output::{StudyOptions, run_study};
 pub use plan::Study;
+pub use problems::ProblemLine;
 pub use quantity::Quantity;
 pub(crate) use reference::Table;
 pub use schema::*;

@@ -12,9 +12,10 @@ use super::compare::{Order, Row, orders, rows};
 use super::draw::draw;
 use super::execute::{RUNS, RunReport, StudyObserver, execute};
 use super::plan::Study;
+use super::problems::{ProblemLine, problem_lines};
 use super::series::History;
 use super::summary::{FigureReport, StudyError, StudySummary, write};
-use super::table::{as_markdown, orders_csv, table_csv};
+use super::table::{as_markdown, orders_csv, problems_csv, table_csv};
 use crate::folder::{FIGURES, HISTORY, write_error};
 use crate::results::{Host, replace_with_json};
 use crate::{Outcome, Registry, ResultsError};
@@ -25,6 +26,7 @@ const MANIFEST: &str = "study.json";
 const TABLE_CSV: &str = "table.csv";
 const TABLE_MARKDOWN: &str = "table.md";
 const ORDERS: &str = "orders.csv";
+const PROBLEMS: &str = "problems.csv";
 
 /// How a study is to be run.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -51,6 +53,7 @@ struct Manifest<'a> {
     runs: &'a [RunReport],
     comparisons: &'a [Row],
     orders: &'a [Order],
+    problems: &'a [ProblemLine],
     figures: &'a [FigureReport],
 }
 
@@ -79,6 +82,7 @@ pub fn run_study(
         runs: Vec::new(),
         rows: Vec::new(),
         orders: Vec::new(),
+        problems: Vec::new(),
         figures: Vec::new(),
     };
     write_manifest(study, &summary, started_unix_s)?;
@@ -88,6 +92,7 @@ pub fn run_study(
     let histories: Vec<Option<History>> = summary.runs.iter().map(history).collect();
     summary.rows = rows(study, &summary.runs, &histories);
     summary.orders = orders(study, &summary.rows);
+    summary.problems = problem_lines(study, &summary.runs, &histories, &summary.rows);
     write_tables(study, &summary)?;
     summary.figures = draw(study, &summary, &histories)?;
     summary.outcome = outcome(&summary);
@@ -162,16 +167,19 @@ fn is_same_file(one: &Path, other: &Path) -> bool {
 }
 
 fn write_tables(study: &Study, summary: &StudySummary) -> Result<(), StudyError> {
-    let (rows, orders) = (&summary.rows, &summary.orders);
-    let markdown = as_markdown(study.title(), rows, orders, &summary.failures());
-    write(&summary.folder.join(TABLE_MARKDOWN), Ok(markdown.into_bytes()))?;
-    write(&summary.folder.join(TABLE_CSV), table_csv(rows))?;
-    let path = summary.folder.join(ORDERS);
-    match orders.is_empty() {
-        false => write(&path, orders_csv(orders)),
-        // What an earlier study with refinements left is not of this one.
-        true => match fs::remove_file(&path) {
-            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(write_error(&path)(error).into()),
+    let StudySummary { folder, rows, orders, problems, .. } = summary;
+    write(&folder.join(TABLE_MARKDOWN), Ok(as_markdown(summary, study.title()).into_bytes()))?;
+    write(&folder.join(TABLE_CSV), table_csv(rows))?;
+    write_or_remove(&folder.join(ORDERS), (!orders.is_empty()).then(|| orders_csv(orders)))?;
+    write_or_remove(&folder.join(PROBLEMS), (!problems.is_empty()).then(|| problems_csv(problems)))
+}
+
+/// Writes a file, or takes away the one that is not of this study.
+fn write_or_remove(path: &Path, content: Option<Result<Vec<u8>, csv::Error>>) -> Result<(), StudyError> {
+    match content {
+        Some(content) => write(path, content),
+        None => match fs::remove_file(path) {
+            Err(error) if error.kind() != io::ErrorKind::NotFound => Err(write_error(path)(error).into()),
             _ => Ok(()),
         },
     }
@@ -190,6 +198,7 @@ fn write_manifest(study: &Study, summary: &StudySummary, started_unix_s: u64) ->
         runs: &summary.runs,
         comparisons: &summary.rows,
         orders: &summary.orders,
+        problems: &summary.problems,
         figures: &summary.figures,
     };
     Ok(replace_with_json(&path, &manifest).map_err(write_error(&path))?)

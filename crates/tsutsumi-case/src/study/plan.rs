@@ -3,8 +3,8 @@
 use std::path::PathBuf;
 
 use super::reference::{OpenReference, ReferenceKind, open_solution, open_table, run_columns};
-use super::runs::{WantedRun, is_run, wanted_runs};
-use super::schema::StudyFile;
+use super::runs::{WantedRun, is_run, swept_refinements, wanted_runs};
+use super::schema::{StudyFile, StudyProblem};
 use super::setting::Setting;
 use super::validate::Checks;
 use crate::FileKind;
@@ -29,6 +29,8 @@ pub(super) struct PlannedRun {
     pub(super) label: String,
     pub(super) is_reference: bool,
     pub(super) allow_unstable: bool,
+    /// The problem that it belongs to.
+    pub(super) problem: Option<String>,
     pub(super) source: CaseSource,
     pub(super) case: Case,
     /// The columns of its history.
@@ -56,9 +58,10 @@ impl Study {
     }
 
     fn open(source: CaseSource, registry: &Registry, settings: &[String]) -> Result<Self, CaseError> {
-        let file: StudyFile = source.parse_at(&KeyPath::root())?;
-        let mut checks = Checks::new(&source, &file);
+        let mut file: StudyFile = source.parse_at(&KeyPath::root())?;
         let wanted = wanted_runs(&source, &file, settings)?;
+        file.refinements.extend(swept_refinements(&wanted));
+        let mut checks = Checks::new(&source, &file);
         checks.names(&wanted);
         checks.finish()?;
         let mut planner = Planner { source: &source, file: &file, registry, problems: Vec::new() };
@@ -88,6 +91,16 @@ impl Study {
     /// The names of the runs: the variants, and behind them the references that are runs.
     pub fn runs(&self) -> impl Iterator<Item = &str> {
         self.runs.iter().map(|run| run.name.as_str())
+    }
+
+    /// The problem that a run belongs to.
+    pub(super) fn problem_of(&self, run: &PlannedRun) -> Option<&StudyProblem> {
+        self.file.problems.iter().find(|problem| run.problem.as_ref() == Some(&problem.name))
+    }
+
+    /// The part of the time of a run that is compared, `[from, to]` (s).
+    pub(super) fn window_of(&self, run: &PlannedRun) -> Option<[f64; 2]> {
+        self.problem_of(run).and_then(|problem| problem.window).or(self.file.comparison.window)
     }
 
     /// The variants among the runs.
@@ -132,6 +145,7 @@ impl Planner<'_> {
             label: wanted.label.clone().unwrap_or_else(|| wanted.name.clone()),
             is_reference: wanted.is_reference,
             allow_unstable: wanted.allow_unstable,
+            problem: wanted.problem.clone(),
             source,
             case,
             columns,
@@ -201,7 +215,10 @@ impl Planner<'_> {
             };
             let label = reference.label.clone().unwrap_or_else(|| reference.name.clone());
             match kind {
-                Ok(kind) => references.push(Some(OpenReference { name: reference.name.clone(), label, kind })),
+                Ok(kind) => {
+                    let (name, problem) = (reference.name.clone(), reference.problem.clone());
+                    references.push(Some(OpenReference { name, label, problem, kind }));
+                }
                 Err(error) => self.problems.extend(error.problems().iter().cloned()),
             }
         }

@@ -14,6 +14,8 @@ use crate::{CaseError, CaseSource, KeyPath, did_you_mean};
 pub(super) struct OpenReference {
     pub(super) name: String,
     pub(super) label: String,
+    /// The problem whose variants it stands for; all of them if there is none.
+    pub(super) problem: Option<String>,
     pub(super) kind: ReferenceKind,
 }
 

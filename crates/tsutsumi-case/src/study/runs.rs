@@ -1,8 +1,8 @@
 //! The runs that a study file asks for.
 
-use super::schema::{Reference, StudyFile, Sweep, Variant};
+use super::schema::{Reference, Refinement, StudyFile, Sweep, Variant};
 use super::setting::{Setting, refuse_unquoted};
-use super::sweep::expanded;
+use super::sweep::{RefinementStep, SweptVariant, expanded};
 use crate::{CaseError, CaseSource, KeyPath};
 
 /// A run as the study file asks for it.
@@ -11,6 +11,10 @@ pub(super) struct WantedRun {
     pub(super) label: Option<String>,
     pub(super) is_reference: bool,
     pub(super) allow_unstable: bool,
+    /// The problem that it belongs to.
+    pub(super) problem: Option<String>,
+    /// Its place in the refinement of a sweep.
+    pub(super) step: Option<RefinementStep>,
     /// Where it stands in the study file.
     pub(super) place: KeyPath,
     /// A case file of its own.
@@ -34,8 +38,8 @@ pub(super) fn wanted_runs(
     for (index, sweep) in file.sweeps.iter().enumerate() {
         let place = KeyPath::from("sweeps").index(index);
         let common = [own.clone(), read_settings(source, &place.clone().key("set"), &sweep.set)?].concat();
-        for (name, settings) in expanded(source, &place, sweep)? {
-            runs.push(of_sweep(sweep, place.clone(), name, [common.clone(), settings].concat()));
+        for variant in expanded(source, &place, sweep)? {
+            runs.push(of_sweep(sweep, place.clone(), variant, &common));
         }
     }
     for (index, reference) in file.references.iter().enumerate().filter(|(_, reference)| is_run(reference)) {
@@ -52,6 +56,28 @@ pub(super) fn wanted_runs(
     Ok(runs)
 }
 
+/// The refinements that sweeps make, in the order of their first variants.
+pub(super) fn swept_refinements(runs: &[WantedRun]) -> Vec<Refinement> {
+    let mut refinements: Vec<Refinement> = Vec::new();
+    for run in runs {
+        let Some(step) = &run.step else { continue };
+        let known = refinements.iter().position(|refinement| refinement.name == step.refinement);
+        let place = known.unwrap_or_else(|| {
+            refinements.push(Refinement {
+                name: step.refinement.clone(),
+                label: None,
+                variants: Vec::new(),
+                sizes: Vec::new(),
+                size_label: step.size_label.clone(),
+            });
+            refinements.len() - 1
+        });
+        refinements[place].variants.push(run.name.clone());
+        refinements[place].sizes.push(step.size);
+    }
+    refinements
+}
+
 /// Whether a reference is another run.
 pub(super) fn is_run(reference: &Reference) -> bool {
     reference.solution.is_none() && reference.file.is_none()
@@ -63,15 +89,26 @@ fn of_variant(variant: &Variant, place: KeyPath, settings: Vec<Setting>) -> Want
         label: variant.label.clone(),
         is_reference: false,
         allow_unstable: variant.allow_unstable,
+        problem: variant.problem.clone(),
+        step: None,
         place,
         case: variant.case.clone(),
         settings,
     }
 }
 
-fn of_sweep(sweep: &Sweep, place: KeyPath, name: String, settings: Vec<Setting>) -> WantedRun {
-    let (case, allow_unstable) = (sweep.case.clone(), sweep.allow_unstable);
-    WantedRun { name, label: None, is_reference: false, allow_unstable, place, case, settings }
+fn of_sweep(sweep: &Sweep, place: KeyPath, variant: SweptVariant, common: &[Setting]) -> WantedRun {
+    WantedRun {
+        name: variant.name,
+        label: None,
+        is_reference: false,
+        allow_unstable: sweep.allow_unstable,
+        problem: sweep.problem.clone(),
+        step: variant.step,
+        place,
+        case: sweep.case.clone(),
+        settings: [common, &variant.settings].concat(),
+    }
 }
 
 fn of_reference(reference: &Reference, place: KeyPath, settings: Vec<Setting>) -> WantedRun {
@@ -80,6 +117,8 @@ fn of_reference(reference: &Reference, place: KeyPath, settings: Vec<Setting>) -
         label: reference.label.clone(),
         is_reference: true,
         allow_unstable: reference.allow_unstable,
+        problem: None,
+        step: None,
         place,
         case: reference.case.clone(),
         settings,

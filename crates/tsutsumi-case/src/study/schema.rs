@@ -26,6 +26,10 @@ pub struct StudyFile {
     /// Grids of variants: one `[[sweeps]]` each. Their variants come after the others.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub sweeps: Vec<Sweep>,
+    /// Problems that variants belong to, where a study has several: one `[[problems]]` each. The table then has one line for each
+    /// variant or refinement of a problem: its error, observed order, drift of the energy, noise and cost.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub problems: Vec<StudyProblem>,
     /// What the variants are held against: one `[[references]]` each.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub references: Vec<Reference>,
@@ -43,6 +47,27 @@ pub struct StudyFile {
     pub figures: Vec<Figure>,
 }
 
+/// A problem that variants belong to.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct StudyProblem {
+    /// Its name. Where the name of a variant begins with it, the table shows the rest.
+    #[schemars(length(min = 1))]
+    pub name: String,
+    /// The quantity whose error the table shows, relative to the largest value of the reference: a column of `history.csv` that
+    /// a reference stands for, or `"error.displacement"` and its like for cases with an `exact_motion`.
+    pub error: String,
+    /// The reference. By default the first that stands for the quantity.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub reference: Option<String>,
+    /// Which error: the largest or the root mean square over the outputs.
+    #[serde(default)]
+    pub measure: ErrorMeasure,
+    /// The part of the time that is looked at, `[from, to]` (s). By default that of the comparison.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub window: Option<[f64; 2]>,
+}
+
 /// A run that is compared.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -56,6 +81,9 @@ pub struct Variant {
     /// A case file of its own. By default that of the study.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub case: Option<String>,
+    /// The name of the problem that it belongs to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
     /// Values set in its case, after those of the study: `{ "method.velocity_update" = "mpm2" }`.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
@@ -80,6 +108,12 @@ pub struct Sweep {
     /// A case file of their own. By default that of the study.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub case: Option<String>,
+    /// The name of the problem that they belong to.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
+    /// Makes refinements of the variants that differ in a size alone.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub refine: Option<SweepRefinement>,
     /// Values set in all of their cases, before those of the lists.
     #[serde(default, skip_serializing_if = "toml::Table::is_empty")]
     #[schemars(with = "BTreeMap<String, serde_json::Value>")]
@@ -87,6 +121,20 @@ pub struct Sweep {
     /// Whether fixed time steps beyond the stable limit are accepted.
     #[serde(default)]
     pub allow_unstable: bool,
+}
+
+/// Which variants of a sweep differ in a size alone.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SweepRefinement {
+    /// The key of the lists whose values are the sizes, coarse to fine: numbers, or vectors of which the first number counts.
+    pub key: String,
+    /// The pattern of the refinements' names, with the values of the other keys in braces.
+    #[schemars(length(min = 1))]
+    pub name: String,
+    /// What the size is, with its unit in round brackets, for the axis of figures.
+    #[serde(default = "size_label")]
+    pub size_label: String,
 }
 
 /// What variants are held against: an exact solution, a table of numbers, or another run.
@@ -104,6 +152,9 @@ pub struct Reference {
     /// What figures call it. By default the name.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub label: Option<String>,
+    /// The name of the problem whose variants it stands for. By default all variants.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub problem: Option<String>,
     /// The name of an exact solution. Give this, `file`, or `set` or `case`.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub solution: Option<String>,

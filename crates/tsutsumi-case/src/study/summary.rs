@@ -8,6 +8,7 @@ use serde::Serialize;
 
 use super::compare::{Order, Row};
 use super::execute::RunReport;
+use super::problems::ProblemLine;
 use super::table::for_terminal;
 use crate::folder::write_error;
 use crate::{Outcome, ResultsError};
@@ -50,14 +51,16 @@ pub struct StudySummary {
     pub rows: Vec<Row>,
     /// The observed orders of the refinements.
     pub orders: Vec<Order>,
+    /// The lines of the problems, if the study has some.
+    pub problems: Vec<ProblemLine>,
     /// The figures.
     pub figures: Vec<FigureReport>,
 }
 
 impl StudySummary {
-    /// The table and the observed orders for a terminal, ending with a newline.
+    /// The lines of the problems, or else the table and the observed orders, for a terminal, ending with a newline.
     pub fn table(&self) -> String {
-        for_terminal(&self.rows, &self.orders)
+        for_terminal(&self.rows, &self.orders, &self.problems)
     }
 
     /// The runs that failed, each with the reason.

@@ -1,7 +1,8 @@
 //! Grids of variants from lists of values.
 
-use super::schema::Sweep;
+use super::schema::{Sweep, SweepRefinement};
 use super::setting::{Setting, refuse_unquoted};
+use crate::error::quoted;
 use crate::source::list;
 use crate::{CaseError, CaseSource, KeyPath, did_you_mean};
 
@@ -16,12 +17,24 @@ struct Choice<'a> {
     place: KeyPath,
 }
 
-/// The variants of a sweep, each with its name and what it sets; the last table of lists changes fastest.
-pub(super) fn expanded(
-    source: &CaseSource,
-    place: &KeyPath,
-    sweep: &Sweep,
-) -> Result<Vec<(String, Vec<Setting>)>, CaseError> {
+/// A variant of a sweep.
+pub(super) struct SweptVariant {
+    pub(super) name: String,
+    /// What it sets.
+    pub(super) settings: Vec<Setting>,
+    pub(super) step: Option<RefinementStep>,
+}
+
+/// A variant's place in a refinement.
+pub(super) struct RefinementStep {
+    /// The name of the refinement.
+    pub(super) refinement: String,
+    pub(super) size: f64,
+    pub(super) size_label: String,
+}
+
+/// The variants of a sweep; the last table of lists changes fastest.
+pub(super) fn expanded(source: &CaseSource, place: &KeyPath, sweep: &Sweep) -> Result<Vec<SweptVariant>, CaseError> {
     let lists = place.clone().key("lists");
     let mut combinations: Vec<Vec<Choice>> = vec![Vec::new()];
     for (index, table) in sweep.lists.iter().enumerate() {
@@ -34,11 +47,39 @@ pub(super) fn expanded(
         combinations = pairs.map(|pair| pair.concat()).collect();
     }
     let variant = |choices: Vec<Choice>| {
-        let name = named(source, place, &sweep.name, &choices)?;
+        let name = named(source, place.clone().key("name"), &sweep.name, &choices)?;
+        let step = match &sweep.refine {
+            Some(refine) => Some(refinement_step(source, &place.clone().key("refine"), refine, &choices)?),
+            None => None,
+        };
         let setting = |choice: Choice| Setting::new(choice.key, choice.value, choice.place);
-        Ok((name, choices.into_iter().map(setting).collect()))
+        Ok(SweptVariant { name, settings: choices.into_iter().map(setting).collect(), step })
     };
     combinations.into_iter().map(variant).collect()
+}
+
+/// Where a variant stands in the refinement of its sweep.
+fn refinement_step(
+    source: &CaseSource,
+    place: &KeyPath,
+    refine: &SweepRefinement,
+    choices: &[Choice],
+) -> Result<RefinementStep, CaseError> {
+    let key = place.clone().key("key");
+    let Some(choice) = choices.iter().find(|choice| choice.key == refine.key) else {
+        let keys: Vec<&str> = choices.iter().map(|choice| choice.key).collect();
+        let help = format!("the lists have {}", list(&keys));
+        return Err(source.invalid(key, format!("there is no list for `{}`", quoted(&refine.key)), help));
+    };
+    let number = choice.value.as_array().and_then(|vector| vector.first()).unwrap_or(choice.value);
+    let size = number.as_float().or_else(|| number.as_integer().map(|whole| whole as f64));
+    let Some(size) = size else {
+        let message = format!("`{}` is no size: its values are not numbers", quoted(&refine.key));
+        return Err(source.invalid(key, message, ""));
+    };
+    let others: Vec<Choice> = choices.iter().filter(|choice| choice.key != refine.key).cloned().collect();
+    let refinement = named(source, place.clone().key("name"), &refine.name, &others)?;
+    Ok(RefinementStep { refinement, size, size_label: refine.size_label.clone() })
 }
 
 /// The rows of a table of lists that advance together.
@@ -67,8 +108,8 @@ fn zipped<'a>(source: &CaseSource, place: &KeyPath, table: &'a toml::Table) -> R
     }
 }
 
-/// The name of a variant: the pattern with the values of the keys in braces.
-fn named(source: &CaseSource, place: &KeyPath, pattern: &str, choices: &[Choice]) -> Result<String, CaseError> {
+/// The name of a variant: the pattern at a place with the values of the keys in braces.
+fn named(source: &CaseSource, place: KeyPath, pattern: &str, choices: &[Choice]) -> Result<String, CaseError> {
     let mut name = String::new();
     let mut rest = pattern;
     while let Some((before, after)) = rest.split_once('{') {
@@ -79,7 +120,7 @@ fn named(source: &CaseSource, place: &KeyPath, pattern: &str, choices: &[Choice]
                 Some(near) => format!("did you mean `{{{near}}}`?"),
                 None => format!("the lists have {}", list(&keys)),
             };
-            return Err(source.invalid(place.clone().key("name"), format!("there is no list for `{{{key}}}`"), help));
+            return Err(source.invalid(place, format!("there is no list for `{{{key}}}`"), help));
         };
         name += before;
         name += &in_name(choice.value);

@@ -3,6 +3,8 @@
 use std::fmt::Write;
 
 use super::compare::{Order, Row};
+use super::problems::ProblemLine;
+use super::summary::StudySummary;
 use crate::Outcome;
 use crate::run::significant;
 
@@ -36,6 +38,11 @@ impl Words {
             ]
         };
         Words { head, left: 3, rows: orders.iter().map(row).collect() }
+    }
+
+    fn of_problems(lines: &[ProblemLine]) -> Self {
+        let head = vec!["problem", "variant", "error", "order", "energy drift", "noise", "cost"];
+        Words { head, left: 2, rows: lines.iter().map(words_of_line).collect() }
     }
 
     fn widths(&self) -> Vec<usize> {
@@ -92,6 +99,25 @@ fn words_of_row(row: &Row) -> Vec<String> {
     vec![row.variant.clone(), name(&row.reference), name(&row.quantity), max, relative, rms, steps, wall]
 }
 
+fn words_of_line(line: &ProblemLine) -> Vec<String> {
+    let or_nothing = |words: Option<String>| words.unwrap_or_else(|| NOTHING.to_owned());
+    let error = match (line.error, &line.outcome) {
+        (Some(error), _) => short_percent(error),
+        (None, Outcome::Failed(_)) => "failed".to_owned(),
+        (None, Outcome::Interrupted) => "interrupted".to_owned(),
+        (None, _) => NOTHING.to_owned(),
+    };
+    vec![
+        line.problem.clone(),
+        line.variant.clone(),
+        error,
+        or_nothing(line.order.map(two_decimals)),
+        or_nothing(line.energy_drift.map(short_percent)),
+        or_nothing(line.noise.map(short_percent)),
+        or_nothing(line.cost.map(|cost| format!("{cost:.1}"))),
+    ]
+}
+
 /// A share with three digits.
 fn percent(share: f64) -> String {
     match share.is_finite() {
@@ -100,12 +126,21 @@ fn percent(share: f64) -> String {
     }
 }
 
+/// A share with three digits; what is tiny or huge with its power of ten.
+fn short_percent(share: f64) -> String {
+    let rounded: f64 = format!("{:.2e}", 100.0 * share).parse().unwrap_or(share);
+    format!("{} %", significant(rounded))
+}
+
 fn two_decimals(value: f64) -> String {
     if value.is_finite() { format!("{value:.2}") } else { NOTHING.to_owned() }
 }
 
-/// The table and the observed orders for a terminal.
-pub(super) fn for_terminal(rows: &[Row], orders: &[Order]) -> String {
+/// The lines of the problems for a terminal, or else the table and the observed orders.
+pub(super) fn for_terminal(rows: &[Row], orders: &[Order], problems: &[ProblemLine]) -> String {
+    if !problems.is_empty() {
+        return Words::of_problems(problems).for_terminal();
+    }
     let mut text = Words::of_rows(rows).for_terminal();
     if !orders.is_empty() {
         let _ = write!(text, "\n{}", Words::of_orders(orders).for_terminal());
@@ -113,13 +148,15 @@ pub(super) fn for_terminal(rows: &[Row], orders: &[Order]) -> String {
     text
 }
 
-/// The table and the observed orders as Markdown.
-pub(super) fn as_markdown(title: &str, rows: &[Row], orders: &[Order], failures: &[(String, String)]) -> String {
-    let mut text = format!("# {title}\n\n{}", Words::of_rows(rows).as_markdown());
-    if !orders.is_empty() {
+/// The lines of the problems as Markdown, or else the table and the observed orders.
+pub(super) fn as_markdown(summary: &StudySummary, title: &str) -> String {
+    let StudySummary { rows, orders, problems, .. } = summary;
+    let words = if problems.is_empty() { Words::of_rows(rows) } else { Words::of_problems(problems) };
+    let mut text = format!("# {title}\n\n{}", words.as_markdown());
+    if !orders.is_empty() && problems.is_empty() {
         let _ = write!(text, "\nObserved orders:\n\n{}", Words::of_orders(orders).as_markdown());
     }
-    for (name, reason) in failures {
+    for (name, reason) in summary.failures() {
         let _ = write!(text, "\n`{name}` failed: {reason}\n");
     }
     text
@@ -160,14 +197,39 @@ pub(super) fn table_csv(rows: &[Row]) -> Result<Vec<u8>, csv::Error> {
             row.errors.map_or_else(String::new, |errors| errors.points.to_string()),
             row.steps.to_string(),
             row.wall_s.to_string(),
-            match &row.outcome {
-                Outcome::Finished => "finished".to_owned(),
-                Outcome::Failed(reason) => format!("failed: {reason}"),
-                Outcome::Interrupted | Outcome::Running => "interrupted".to_owned(),
-            },
+            outcome_word(&row.outcome),
         ])?;
     }
     into_bytes(writer)
+}
+
+/// `problems.csv`: all digits.
+pub(super) fn problems_csv(lines: &[ProblemLine]) -> Result<Vec<u8>, csv::Error> {
+    let mut writer = csv::Writer::from_writer(Vec::new());
+    writer.write_record(["problem", "variant", "run", "error", "order", "energy drift", "noise", "cost", "outcome"])?;
+    for line in lines {
+        let number = |value: Option<f64>| value.map_or_else(String::new, precise);
+        writer.write_record([
+            line.problem.clone(),
+            line.variant.clone(),
+            line.run.clone(),
+            number(line.error),
+            number(line.order),
+            number(line.energy_drift),
+            number(line.noise),
+            number(line.cost),
+            outcome_word(&line.outcome),
+        ])?;
+    }
+    into_bytes(writer)
+}
+
+fn outcome_word(outcome: &Outcome) -> String {
+    match outcome {
+        Outcome::Finished => "finished".to_owned(),
+        Outcome::Failed(reason) => format!("failed: {reason}"),
+        Outcome::Interrupted | Outcome::Running => "interrupted".to_owned(),
+    }
 }
 
 /// `orders.csv`.

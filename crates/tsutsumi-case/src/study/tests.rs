@@ -161,8 +161,17 @@ fn a_reference_can_be_a_run() {
     let summary = desk.run();
     let zero = summary.rows.iter().filter(|row| row.reference.as_deref() == Some("same"));
     let zero: Vec<_> = zero.map(|row| (row.quantity.clone().unwrap(), row.errors.unwrap().max)).collect();
-    let quantities =
-        ["base.pressure", "energy.kinetic", "energy.strain", "outflow", "settlement.particles", "settlement.surface"];
+    let quantities = [
+        "base.pressure",
+        "energy.kinetic",
+        "energy.potential",
+        "energy.strain",
+        "energy.total",
+        "noise.velocity",
+        "outflow",
+        "settlement.particles",
+        "settlement.surface",
+    ];
     assert_eq!(zero, quantities.map(|name| (name.to_owned(), 0.0)));
     let history = "out/runs/mpm1/history.csv";
     let (surface, particles) =
@@ -489,6 +498,31 @@ const BAD_STUDIES: &[(&str, &[(&str, &str)])] = &[
             "[[refinements]]\nname = \"h\"\nvariants = [\"mpm1\", \"fine\"]\nsizes = [1.0, 2.0]\n\n[comparison]",
         )],
     ),
+    (
+        "problem without variants",
+        &[("[comparison]", "[[problems]]\nname = \"column\"\nerror = \"error.displacement\"\n\n[comparison]")],
+    ),
+    (
+        "sweep of a problem that is not there",
+        &[(
+            "[comparison]",
+            "[[sweeps]]\nname = \"{time.end}\"\nproblem = \"bar\"\nlists = [{ \"time.end\" = [1.0, 2.0] }]\n\n[comparison]",
+        )],
+    ),
+    (
+        "refinement of a sweep by a key without a list",
+        &[(
+            "[comparison]",
+            "[[sweeps]]\nname = \"{time.end}\"\nlists = [{ \"time.end\" = [1.0, 2.0] }]\nrefine = { key = \"grid.spacing\", name = \"h\" }\n\n[comparison]",
+        )],
+    ),
+    (
+        "refinement of a sweep by words",
+        &[(
+            "[comparison]",
+            "[[sweeps]]\nname = \"{method.shape}\"\nlists = [{ \"method.shape\" = [\"linear\", \"gimp\"] }]\nrefine = { key = \"method.shape\", name = \"h\" }\n\n[comparison]",
+        )],
+    ),
 ];
 
 /// The messages for bad studies; read what you accept.
@@ -568,4 +602,40 @@ fn the_schema_is_one_and_knows_the_keys() {
     for (name, edits) in BAD_STUDIES.iter().filter(|(name, _)| told_by_a_schema.contains(name)) {
         assert!(!is_valid(&edited(STUDY, edits)), "{name}");
     }
+}
+
+/// Two problems in one study: every line is made of the rows and histories, and a reference stands for its own problem alone.
+#[test]
+fn problems_have_a_line_for_every_variant_or_refinement() {
+    let desk = Desk::new("problems", include_str!("tests/problems.toml"));
+    fs::write(desk.path("study/bar.toml"), include_str!("tests/bar.toml")).unwrap();
+    let summary = desk.run();
+    assert_eq!(summary.outcome, Outcome::Finished, "{summary:?}");
+    let names: Vec<_> = summary.problems.iter().map(|line| (line.problem.as_str(), line.variant.as_str())).collect();
+    assert_eq!(names, [("column", "mpm1"), ("column", "mpm2"), ("bar", "mpm1"), ("bar", "mpm2")]);
+
+    let [column, _, bar, damped] = &summary.problems[..] else { panic!("{names:?}") };
+    let errors = row(&summary, "column-mpm1", "theory", "settlement.surface").errors.unwrap();
+    assert_eq!(column.error, Some(errors.relative()));
+    assert_eq!((column.order, column.energy_drift, column.cost), (None, None, Some(1.0)));
+    assert!(
+        summary.rows.iter().all(|row| row.variant.starts_with("column") || row.reference.as_deref() != Some("theory"))
+    );
+
+    // A refinement shows its finest variant, and the order of its two errors.
+    assert_eq!(bar.run, "bar-mpm1-0.125");
+    let rms = |variant: &str| row(&summary, variant, "exact motion", "error.displacement").errors.unwrap().rms;
+    assert_eq!(bar.error, Some(rms("bar-mpm1-0.125")));
+    assert_close(bar.order.unwrap(), (rms("bar-mpm1-0.25") / rms("bar-mpm1-0.125")).log2());
+    // The window begins at 0.5 s, with the sixth row.
+    let energy = &desk.column("out/runs/bar-mpm2-0.125/history.csv", "error.energy")[5..];
+    let lost = energy.iter().map(|later| later - energy[0]).fold(0.0, f64::min);
+    assert_close(damped.energy_drift.unwrap(), lost);
+    assert!(lost < -0.1, "MPM② loses energy: {lost}");
+    assert!(bar.noise.is_some_and(|noise| (0.0..1.0).contains(&noise)), "{bar:?}");
+
+    assert_eq!(desk.text("out/problems.csv").lines().count(), 5);
+    let table = summary.table();
+    assert!(table.starts_with("problem  variant") && table.lines().count() == 5, "{table}");
+    assert!(desk.text("out/table.md").contains("| bar     | mpm1 "));
 }

@@ -47,6 +47,7 @@ impl<'a> Checks<'a> {
             self.reference(&KeyPath::from("references").index(index), reference);
         }
         self.refinements(runs);
+        self.problems(runs);
         self.window(&"comparison.window".into(), self.file.comparison.window);
         for (index, figure) in self.file.figures.iter().enumerate() {
             self.figure_keys(&KeyPath::from("figures").index(index), figure);
@@ -158,14 +159,47 @@ impl<'a> Checks<'a> {
         }
     }
 
+    fn problems(&mut self, runs: &[WantedRun]) {
+        let names: Vec<&str> = self.file.problems.iter().map(|problem| problem.name.as_str()).collect();
+        self.file_names("problems", names.clone());
+        let file = self.file;
+        let tables: [(&str, Vec<&Option<String>>); 3] = [
+            ("variants", file.variants.iter().map(|variant| &variant.problem).collect()),
+            ("sweeps", file.sweeps.iter().map(|sweep| &sweep.problem).collect()),
+            ("references", file.references.iter().map(|reference| &reference.problem).collect()),
+        ];
+        for (table, wanted) in tables {
+            for (index, name) in wanted.into_iter().enumerate() {
+                let place = KeyPath::from(table).index(index).key("problem");
+                self.known_name(place, "problem", name.as_deref(), &names);
+            }
+        }
+        let references: Vec<&str> = file.references.iter().map(|reference| reference.name.as_str()).collect();
+        for (index, problem) in file.problems.iter().enumerate() {
+            let place = KeyPath::from("problems").index(index);
+            if runs.iter().all(|run| run.problem.as_ref() != Some(&problem.name)) {
+                let help = format!("add `problem = \"{}\"` to variants or sweeps", quoted(&problem.name));
+                self.report(&place, format!("no variant belongs to `{}`", quoted(&problem.name)), help);
+            }
+            let wanted = problem.reference.as_deref();
+            self.known_name(place.clone().key("reference"), "reference", wanted, &references);
+            self.window(&place.key("window"), problem.window);
+        }
+    }
+
+    fn known_name(&mut self, place: KeyPath, what: &str, name: Option<&str>, known: &[&str]) {
+        let Some(name) = name.filter(|name| !known.contains(name)) else { return };
+        let help = match did_you_mean(name, known.iter().copied()) {
+            Some(near) => format!("did you mean `{near}`?"),
+            None if known.is_empty() => format!("the study has no {what}"),
+            None => format!("write one of {}", list(known)),
+        };
+        self.report(place, format!("there is no {what} `{}`", quoted(name)), help);
+    }
+
     fn known_names(&mut self, place: &KeyPath, what: &str, names: &[String], known: &[&str]) {
-        for (index, name) in names.iter().enumerate().filter(|(_, name)| !known.contains(&name.as_str())) {
-            let help = match did_you_mean(name, known.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None if known.is_empty() => format!("the study has no {what}"),
-                None => format!("write one of {}", list(known)),
-            };
-            self.report(place.clone().index(index), format!("there is no {what} `{}`", quoted(name)), help);
+        for (index, name) in names.iter().enumerate() {
+            self.known_name(place.clone().index(index), what, Some(name), known);
         }
     }
 
@@ -234,6 +268,9 @@ impl<'a> Checks<'a> {
             for name in reference.quantities.keys() {
                 self.quantity(&place.clone().key(name), name, &columns);
             }
+        }
+        for (index, problem) in self.file.problems.iter().enumerate() {
+            self.quantity(&KeyPath::from("problems").index(index).key("error"), &problem.error, &columns);
         }
         let variants: Vec<&str> = variants.iter().map(|(name, _)| *name).collect();
         for (index, figure) in self.file.figures.iter().enumerate() {

@@ -75,6 +75,9 @@ fn the_history_has_a_row_per_output_in_full_precision() {
         "energy.kinetic",
         "energy.strain",
         "outflow",
+        "energy.potential",
+        "energy.total",
+        "noise.velocity",
     ];
     assert_eq!(history.columns, columns);
     // The last interval is shorter than `every`; the end is met exactly.

@@ -105,7 +105,11 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
             // Jaumann: the old stress turns with the material by the rotation of the step. Laws of finite strain follow it themselves.
             if !L::FINITE_STRAIN && increment.spin != Vector::<3>::zeros() {
                 let turn = rotation(&increment.spin);
-                *stress = stress.rotated(&turn);
+                let in_plane = increment.spin.x == 0.0 && increment.spin.y == 0.0;
+                *stress = match in_plane {
+                    true => stress.rotated_about_z(turn[(0, 0)], turn[(1, 0)]),
+                    false => stress.rotated(&turn),
+                };
                 *state = self.law.rotate_state(*state, &turn);
             }
             let answer = match L::FINITE_STRAIN {

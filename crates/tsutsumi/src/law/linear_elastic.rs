@@ -35,6 +35,11 @@ impl LinearElastic {
         self.young * self.poisson / ((1.0 + self.poisson) * (1.0 - 2.0 * self.poisson))
     }
 
+    /// The bulk modulus K = E / 3(1−2ν) (Pa).
+    pub fn bulk_modulus(&self) -> f64 {
+        self.young / (3.0 * (1.0 - 2.0 * self.poisson))
+    }
+
     /// The oedometric modulus E_oed = λ + 2 G (Pa): stiffness in uniaxial strain.
     pub fn oedometric_modulus(&self) -> f64 {
         self.lame() + 2.0 * self.shear_modulus()
