@@ -6,7 +6,8 @@ use std::fs;
 use serde_json::Value;
 use tsutsumi_case::study::schema;
 use tsutsumi_case::{
-    KeyDocumentation, Registry, calibration_key_documentation, element_test_key_documentation, key_documentation, study_key_documentation,
+    KeyDocumentation, Registry, calibration_key_documentation, element_test_key_documentation, key_documentation,
+    study_key_documentation,
 };
 
 use crate::{read, root};
