@@ -59,6 +59,8 @@ picture slump particles slump
 
 "${tsutsumi[@]}" element-test element-tests/oedometer-hencky.toml --out "$results/oedometer-hencky" --quiet
 picture oedometer-hencky oedometer oedometer-hencky
+"${tsutsumi[@]}" calibrate element-tests/calibration/calibration.toml --out "$results/calibration" --quiet > "$results/table"
+picture calibration oedometer calibration-oedometer
 
 "${my_law[@]}" run examples/my-law/case.toml --out "$results/my-law" --quiet
 for figure in settlement pressure particles-peak; do picture my-law "$figure" "my-law-$figure"; done

@@ -1,4 +1,4 @@
-//! The book's reference pages of case files, study files and element tests are what the program says about their keys.
+//! The book's reference pages of case files, study files, element tests and calibrations are what the program says about their keys.
 
 use std::fmt::Write;
 use std::fs;
@@ -6,7 +6,8 @@ use std::fs;
 use serde_json::Value;
 use tsutsumi_case::study::schema;
 use tsutsumi_case::{
-    KeyDocumentation, Registry, element_test_key_documentation, key_documentation, study_key_documentation,
+    KeyDocumentation, Registry, calibration_key_documentation, element_test_key_documentation, key_documentation,
+    study_key_documentation,
 };
 
 use crate::{read, root};
@@ -14,6 +15,7 @@ use crate::{read, root};
 const CASE_PAGE: &str = "book/src/case-reference.md";
 const STUDY_PAGE: &str = "book/src/study-reference.md";
 const ELEMENT_TEST_PAGE: &str = "book/src/element-test-reference.md";
+const CALIBRATION_PAGE: &str = "book/src/calibration-reference.md";
 const BEGIN: &str = "<!-- keys: begin -->";
 const END: &str = "<!-- keys: end -->";
 

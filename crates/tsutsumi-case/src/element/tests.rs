@@ -151,6 +151,39 @@ fn the_elastic_examples_end_where_theory_does() {
     close(end(&path, "stress.yy"), -25e3 - 0.25 * 225e3, 2e5);
 }
 
+/// The undrained path of Modified Cam-Clay ends at p' = p'₀ 2^−Λ, Λ = (λ − κ)/λ = ¾, and q = M p'.
+#[test]
+fn the_cam_clay_example_ends_at_the_critical_state() {
+    let summary = Desk::new("clay").example("cam-clay-undrained.toml");
+    let pressure = 200e3 * 0.5_f64.powf(0.75);
+    // It comes near to the critical state exponentially with strain; at 30 % a part in a thousand is left at most.
+    assert!((end(&summary, "mean_stress") / pressure - 1.0).abs() < 1e-3, "{}", end(&summary, "mean_stress"));
+    assert!((end(&summary, "stress_difference") / (1.2 * pressure) - 1.0).abs() < 1e-3);
+    // What the total mean stress gains, less what the effective one does: the radial total stress stays.
+    let [q, p, u] = ["stress_difference", "mean_stress", "excess_pressure"].map(|name| end(&summary, name));
+    close(u, 200e3 + q / 3.0 - p, 2e5);
+    let normal = summary.record.column("stage").unwrap().iter().rposition(|stage| *stage == 1.0).unwrap();
+    // Normal compression from 100 to 200 kPa: the specific volume falls by λ ln 2.
+    close(summary.record.column("void_ratio").unwrap()[normal], 1.0 - 0.2 * 2.0_f64.ln(), 1.0);
+}
+
+/// The half cycles in which double amplitudes of 1 % and 7.5 % are reached, from the integration of the law reduced to two scalar equations
+/// that its page of the book reports: 35, 14, 5 and 35.5, 14.5, 5.5 cycles, counted in halves that end where the load turns. Here a turn ends
+/// ¼, ¾, … cycles: a quarter less, and half a cycle before that is where the half cycle has begun.
+#[test]
+fn the_resistance_of_the_cyclic_law_is_that_of_another_integration() {
+    let summary = Desk::new("oka").example("oka-cyclic-shear.toml");
+    let counted = [(0.01, [35.0, 14.0, 5.0]), (0.075, [35.5, 14.5, 5.5])];
+    for (value, cycles) in counted {
+        let points: Vec<_> = summary.resistance.iter().filter(|point| point.value == value).collect();
+        for (point, turns) in points.iter().zip(cycles) {
+            let (from, to) = (turns - 0.75, turns - 0.25);
+            assert!(point.reached && (from..=to).contains(&point.cycles), "{point:?}: {from} to {to}");
+        }
+        assert_eq!(points.len(), 3);
+    }
+}
+
 /// J σ = E_oed ln J along the first stage, each row; E_oed = 1 MPa · 0.7 / (1.3 · 0.4).
 #[test]
 fn the_oedometer_of_henckys_solid_follows_its_closed_form() {

@@ -13,6 +13,13 @@ const DECREASE: f64 = 1e-4;
 /// What is left of a condition, relative to the largest stress (or strain) of the test so far.
 const TOLERANCE: f64 = 1e-9;
 
+/// The largest strain that a residual may ask for, as a multiple of the strain that it is worth along its own condition. Beyond, the
+/// material is taken to have no stiffness left in some direction: tangents by differences are noise there.
+const LARGEST_GAIN: f64 = 1e6;
+
+/// Iterations of the decomposition that finds the shortest step.
+const MAX_SWEEPS: usize = 100;
+
 /// One material point: a law with its stress, strain and history.
 pub struct Specimen {
     group: Box<dyn MaterialGroup>,
@@ -173,12 +180,12 @@ impl Specimen {
             jacobian.set_row(i, &row);
         }
         // Rows of stress and of strain differ by the stiffness: each is weighed with what a strain does to it.
-        let weights = Vector6::from_fn(|i, _| 1.0 / jacobian.row(i).norm());
+        // A row of zeros, of a material without stiffness, has no weight to give.
+        let weights =
+            Vector6::from_fn(|i, _| Some(jacobian.row(i).norm()).filter(|norm| *norm > 0.0).map_or(1.0, f64::recip));
         let weighed = Matrix6::from_fn(|i, j| weights[i] * jacobian[(i, j)]);
-        let singular = || ElementError::Singular { state: SpecimenState::of(self, attempt.increment) };
         let residual = attempt.residual.component_mul(&weights);
-        let step =
-            weighed.lu().solve(&-residual).filter(|step| step.iter().all(|s| s.is_finite())).ok_or_else(singular)?;
+        let (step, is_open) = newton_step(&weighed, &residual);
         let before = residual.norm();
         let mut failure = None;
         for halving in 0..=MAX_HALVINGS {
@@ -193,11 +200,33 @@ impl Specimen {
             }
         }
         let excess = self.excess(conditions, attempt);
-        Err(failure.unwrap_or_else(|| self.not_converged(iterations, excess, attempt.increment)))
+        let in_vain = || match is_open {
+            true => ElementError::Singular { state: SpecimenState::of(self, attempt.increment) },
+            false => self.not_converged(iterations, excess, attempt.increment),
+        };
+        Err(failure.unwrap_or_else(in_vain))
     }
 
     fn not_converged(&self, iterations: usize, excess: f64, increment: Sym3) -> ElementError {
         let residual = excess * self.tolerance;
         ElementError::NotConverged { iterations, residual, state: SpecimenState::of(self, increment) }
+    }
+}
+
+/// The step of Newton's method, and whether the conditions leave it open. Then it is the shortest one: at an edge of a yield surface without
+/// hardening the stress does not tell all of the strain, and something has to.
+fn newton_step(jacobian: &Matrix6, residual: &Vector6<f64>) -> (Vector6<f64>, bool) {
+    let full = jacobian.lu().solve(&-residual);
+    match full.filter(|step| step.norm() <= LARGEST_GAIN * residual.norm()) {
+        Some(step) => (step, false),
+        None => {
+            // No answer, as for a matrix with a NaN, is a step that leads nowhere: the search ends in vain.
+            let parts = jacobian.try_svd(true, true, f64::EPSILON, MAX_SWEEPS);
+            let shortest = parts.and_then(|parts| {
+                let least = parts.singular_values.max() / LARGEST_GAIN;
+                parts.solve(&-residual, least).ok()
+            });
+            (shortest.unwrap_or_else(Vector6::zeros), true)
+        }
     }
 }

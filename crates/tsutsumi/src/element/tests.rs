@@ -1,7 +1,7 @@
 use std::ops::ControlFlow;
 
 use super::*;
-use crate::law::{ConstitutiveLaw, Hencky, LawError, LinearElastic};
+use crate::law::{ConstitutiveLaw, Hencky, LawError, LinearElastic, MohrCoulomb};
 use crate::tensor::Sym3;
 
 const SOIL: LinearElastic = LinearElastic { young: 30e6, poisson: 0.25 };
@@ -117,6 +117,31 @@ fn a_law_of_finite_strain_is_followed() {
     let [coarse, fine] = [100, 200].map(|increments| end_strain(increments) - 0.8_f64.ln());
     // The sum of Δh/h against ln h: off by half the increment, relatively; halved with it.
     assert!(coarse.abs() < 0.5 * 0.01 * 0.23 && (coarse / fine - 2.0).abs() < 0.01, "{coarse} {fine}");
+}
+
+/// At the edge of Mohr and Coulomb's pyramid the radial stresses tell the sum of the radial strains, not their difference.
+///
+/// q = (K_p − 1) σ_r + 2 c √K_p with K_p = 3 for φ = 30°; Δε_v/Δε_a = −2 sin ψ / (1 − sin ψ) once it flows.
+#[test]
+fn perfect_plasticity_is_followed_along_an_edge() {
+    let law = MohrCoulomb {
+        young: 30e6,
+        poisson: 0.25,
+        friction_angle_deg: 30.0,
+        cohesion: 5e3,
+        dilatancy_angle_deg: 10.0,
+        tensile_strength: None,
+        friction_angle_residual_deg: None,
+        cohesion_residual: None,
+        softening_strain: 0.0,
+    };
+    let start = Specimen::new(law, Sym3::IDENTITY * -100e3);
+    let end = loaded(start, Loading::triaxial(Drainage::Drained, Condition::AXIAL_STRAIN), 0.02);
+    let strength = 200e3 + 2.0 * 5e3 * 3.0_f64.sqrt();
+    close(Condition::STRESS_DIFFERENCE.of(&end), strength, strength);
+    let sine = 10.0_f64.to_radians().sin();
+    let plastic = -2.0 * sine / (1.0 - sine) * (0.02 - strength / 30e6);
+    close(Condition::VOLUMETRIC_STRAIN.of(&end), 0.5 * strength / 30e6 + plastic, 0.02);
 }
 
 /// Two of the conditions say the same.
