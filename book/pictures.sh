@@ -59,6 +59,8 @@ picture slump particles slump
 
 "${tsutsumi[@]}" element-test element-tests/oedometer-hencky.toml --out "$results/oedometer-hencky" --quiet
 picture oedometer-hencky oedometer oedometer-hencky
+"${tsutsumi[@]}" element-test element-tests/oka-cyclic-shear.toml --out "$results/oka-cyclic-shear" --quiet > "$results/table"
+for figure in shear-stress-path resistance; do picture oka-cyclic-shear "$figure" "element-test-$figure"; done
 "${tsutsumi[@]}" calibrate element-tests/calibration/calibration.toml --out "$results/calibration" --quiet > "$results/table"
 picture calibration oedometer calibration-oedometer
 

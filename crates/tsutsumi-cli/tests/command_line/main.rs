@@ -4,6 +4,7 @@
 
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test reports by panicking")]
 
+mod calibrate;
 mod desk;
 mod element_test;
 mod endings;
