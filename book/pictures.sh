@@ -61,6 +61,12 @@ picture slump particles slump
 picture oedometer-hencky oedometer oedometer-hencky
 "${tsutsumi[@]}" element-test element-tests/oka-cyclic-shear.toml --out "$results/oka-cyclic-shear" --quiet > "$results/table"
 for figure in shear-stress-path resistance; do picture oka-cyclic-shear "$figure" "element-test-$figure"; done
+picture oka-cyclic-shear shear-stress-strain oka-stress-strain
+"${tsutsumi[@]}" element-test element-tests/sanisand-shear.toml --out "$results/sanisand-shear" --quiet > "$results/table"
+for figure in stress-path stress-strain; do picture sanisand-shear "shear-$figure" "sanisand-$figure"; done
+picture sanisand-shear resistance sanisand-resistance
+"${tsutsumi[@]}" element-test element-tests/cam-clay-undrained.toml --out "$results/cam-clay" --quiet
+picture cam-clay stress-path cam-clay-stress-path
 "${tsutsumi[@]}" calibrate element-tests/calibration/calibration.toml --out "$results/calibration" --quiet > "$results/table"
 picture calibration oedometer calibration-oedometer
 
