@@ -6,6 +6,7 @@ mod case_reference;
 mod equations;
 mod floors;
 mod links;
+mod materials;
 
 use std::fs;
 use std::path::{Path, PathBuf};

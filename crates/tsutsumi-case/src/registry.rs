@@ -11,7 +11,7 @@ use serde_json::Value;
 use tsutsumi::law::{
     Bingham, ConductivityLaw, ConstantConductivity, ConstitutiveLaw, DruckerPrager, Group, Hencky, KozenyCarman,
     LawError, LinearElastic, MaterialGroup, ModifiedCamClay, MohrCoulomb, MuI, NeoHookean, Newtonian, OkaCyclic,
-    PressureElastic, VonMises, XieLeo,
+    Pm4Sand, PressureElastic, Sanisand, VonMises, XieLeo,
 };
 use tsutsumi::pressure::{CellPressure, ParticlePressure, PressureGradient, PressureIncrement};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
@@ -116,6 +116,8 @@ impl Registry {
             .law::<MuI>("mu-i")
             .law::<Newtonian>("newtonian")
             .law::<Bingham>("bingham")
+            .law::<Pm4Sand>("pm4sand")
+            .law::<Sanisand>("sanisand")
     }
 
     /// Adds a law under a name. Its parameters are read from the case file by its own `Deserialize`, and described in

@@ -225,8 +225,9 @@ fn list_laws(registry: &Registry) -> String {
     let mut text = String::new();
     for law in registry.laws() {
         text += &format!("{}\n    {}\n", law.name, law.description());
+        let width = law.parameters().map(|(name, _)| name.len()).max().unwrap_or_default();
         for (name, description) in law.parameters() {
-            text += &format!("    {name:<20} {description}\n");
+            text += &format!("    {name:<width$} {description}\n");
         }
     }
     text.trim_end().to_owned()

@@ -143,16 +143,14 @@ pub struct LawPath {
     /// and be stiffer than an elastic solid: then only what holds for them too is checked, which is turned results, finite numbers, the
     /// history written and read, and the outputs.
     pub duration: f64,
+    /// True for laws of plane strain: strains and rotations stay in x and y.
+    pub plane: bool,
 }
 
 impl Default for LawPath {
     fn default() -> Self {
-        LawPath {
-            stress: Sym3::diagonal(-100e3, -100e3, -100e3),
-            strain: 1e-4,
-            increments: 40,
-            duration: f64::INFINITY,
-        }
+        let stress = Sym3::diagonal(-100e3, -100e3, -100e3);
+        LawPath { stress, strain: 1e-4, increments: 40, duration: f64::INFINITY, plane: false }
     }
 }
 
@@ -198,14 +196,14 @@ impl LawPath {
         let state = law.initial_state(self.stress);
         let mut point = Point { stress: self.stress, state, duration: self.duration };
         // The point that is turned half way and goes on in turned directions.
-        let turn = turn();
+        let turn = self.turn();
         let mut turned = None;
         for increment in 0..self.increments {
             let strain = self.strain_increment(increment, &mut noise);
             if self.duration.is_infinite() {
                 self.nothing_strained_nothing_changed(law, increment, &point)?;
                 self.moduli_bound_the_stiffness(law, increment, &point)?;
-                tangent_is_the_derivative(law, increment, &point, strain)?;
+                tangent_is_the_derivative(law, increment, &point, strain, self.components())?;
             }
             self.history_survives_writing(law, increment, &point, strain)?;
             outputs_are_written(law, increment, &point)?;
@@ -235,11 +233,31 @@ impl LawPath {
     }
 
     fn strain_increment(&self, increment: usize, noise: &mut Noise) -> Sym3 {
-        let random = noise.tensor() - Sym3::IDENTITY * 0.5;
-        match increment < self.increments / 4 {
-            true => Sym3::diagonal(0.0, 0.0, -self.strain),
-            false => random * (self.strain / norm(random)),
+        let mut random = noise.tensor() - Sym3::IDENTITY * 0.5;
+        if self.plane {
+            random = Sym3 { zz: 0.0, yz: 0.0, zx: 0.0, ..random };
         }
+        match (increment < self.increments / 4, self.plane) {
+            (true, false) => Sym3::diagonal(0.0, 0.0, -self.strain),
+            (true, true) => Sym3::diagonal(0.0, -self.strain, 0.0),
+            (false, _) => random * (self.strain / norm(random)),
+        }
+    }
+
+    /// The Kelvin components that a strain may have.
+    fn components(&self) -> &'static [usize] {
+        match self.plane {
+            true => &[0, 1, 3],
+            false => &[0, 1, 2, 3, 4, 5],
+        }
+    }
+
+    /// A rotation: one that leaves no axis in place, or one in the plane.
+    fn turn(&self) -> Matrix3 {
+        let (sin, cos) = 0.9_f64.sin_cos();
+        let about_z = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
+        let about_x = Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos);
+        if self.plane { about_z } else { about_z * about_x }
     }
 
     fn nothing_strained_nothing_changed<L: ConstitutiveLaw>(
@@ -262,7 +280,10 @@ impl LawPath {
         increment: usize,
         point: &Point<L::State>,
     ) -> Result<(), LawViolation> {
-        let axis = Vector::<3>::new(0.6, -0.48, 0.64);
+        let axis = match self.plane {
+            true => Vector::<3>::z(),
+            false => Vector::<3>::new(0.6, -0.48, 0.64),
+        };
         let spin = axis * (std::f64::consts::TAU / STEPS_OF_A_TURN as f64);
         let turn = rotation(&spin);
         let motion = match L::FINITE_STRAIN {
@@ -301,7 +322,7 @@ impl LawPath {
             return Err(LawViolation::NotFinite { increment, what: "a wave modulus" });
         }
         let size = 1e-3 * self.strain;
-        for component in 0..6 {
+        for &component in self.components() {
             let strain = unit(component) * -size;
             let change = point.update(law, increment, strain)?.stress - point.stress;
             // In Kelvin components the shear stiffness is 2 G.
@@ -337,14 +358,6 @@ impl LawPath {
     }
 }
 
-/// A rotation that leaves no axis in place.
-fn turn() -> Matrix3 {
-    let (sin, cos) = 0.9_f64.sin_cos();
-    let about_z = Matrix3::new(cos, -sin, 0.0, sin, cos, 0.0, 0.0, 0.0, 1.0);
-    let about_x = Matrix3::new(1.0, 0.0, 0.0, 0.0, cos, -sin, 0.0, sin, cos);
-    about_z * about_x
-}
-
 /// The tensor whose Kelvin components are zero but for one, which is 1.
 fn unit(component: usize) -> Sym3 {
     Sym3::from_kelvin(&Matrix6::identity().column(component).into_owned())
@@ -356,6 +369,7 @@ fn tangent_is_the_derivative<L: ConstitutiveLaw>(
     increment: usize,
     point: &Point<L::State>,
     strain: Sym3,
+    columns: &[usize],
 ) -> Result<(), LawViolation> {
     let tangent =
         law.tangent(point.stress, point.state, strain).map_err(|source| LawViolation::Failed { increment, source })?;
@@ -366,7 +380,7 @@ fn tangent_is_the_derivative<L: ConstitutiveLaw>(
     let step = 1e-4 * norm(strain);
     let scale = tangent.norm();
     let center = point.update(law, increment, strain)?.stress.to_kelvin();
-    for column in 0..6 {
+    for &column in columns {
         let nudge = unit(column) * step;
         let forward = (point.update(law, increment, strain + nudge)?.stress.to_kelvin() - center) / step;
         let backward = (center - point.update(law, increment, strain - nudge)?.stress.to_kelvin()) / step;

@@ -23,8 +23,12 @@ mod neo_hookean;
 mod newtonian;
 mod oka_cyclic;
 mod parameter;
+mod pm4sand;
 mod pressure_elastic;
 mod principal;
+mod root_pressure;
+mod sanisand;
+pub mod substepping;
 mod von_mises;
 
 pub use bingham::{Bingham, BinghamState};
@@ -41,12 +45,15 @@ pub use mu_i::{MuI, MuIState};
 pub use neo_hookean::NeoHookean;
 pub use newtonian::{Newtonian, NewtonianState};
 pub use oka_cyclic::{OkaCyclic, OkaCyclicState};
+pub use pm4sand::{PlaneDeviator, Pm4Sand, Pm4SandState};
 pub use pressure_elastic::PressureElastic;
+pub use sanisand::{Sanisand, SanisandState};
 pub use von_mises::{VonMises, VonMisesState};
 
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use self::substepping::SubStepFailure;
 use crate::tensor::{Matrix3, Matrix6, Sym3, Vector, rotation, spin};
 
 /// How a material point moves in one step: the gradient ∇u of the displacement over the place at the start of the step, in two parts.
@@ -141,6 +148,19 @@ pub enum LawError {
         /// The modulus (Pa) by which plastic loading divides; not positive.
         modulus: f64,
     },
+    /// A law for plane strain met a component out of the plane.
+    #[error("the law is for plane strain in x and y, but the {what} has a component {component} of {value:e}")]
+    OutOfPlane {
+        /// Stress or strain increment.
+        what: &'static str,
+        /// The component.
+        component: &'static str,
+        /// Its value (Pa or –).
+        value: f64,
+    },
+    /// Sub-steps could not be made small enough.
+    #[error("{0}")]
+    SubSteps(Box<SubStepFailure>),
 }
 
 /// A constitutive law: effective stress from strain increments, for one material point.

@@ -27,7 +27,7 @@ const MISTAKES: &[Mistake] = &[
     ("unknown law", &[("\"linear-elastic\"", "\"linear-elastc\"")], &[]),
     ("shape function wider than the grid", &[], &["--set", "method.shape=gimp"]),
     ("unknown law of the conductivity", &[("porosity = 0.4", "porosity = 0.4\nconductivity_law = \"kozeny\"")], &[]),
-    ("unknown law like nothing", &[("\"linear-elastic\"", "\"mohr-coulomb\"")], &[]),
+    ("unknown law like nothing", &[("\"linear-elastic\"", "\"play-dough\"")], &[]),
     ("unknown shape function", &[("shape = \"linear\"", "shape = \"gimpy\"")], &[]),
     ("unknown velocity update", &[("\"mpm1\"", "\"mpm3\"")], &[]),
     ("unknown material", &[("material = \"soil\"", "material = \"sand\"")], &[]),
