@@ -106,7 +106,13 @@ fn row(key: &KeyDocumentation) -> String {
 #[test]
 fn the_reference_pages_list_every_key() {
     let element_test_keys = tables(element_test_key_documentation());
-    for (page, keys) in [(CASE_PAGE, case_keys()), (STUDY_PAGE, study_keys()), (ELEMENT_TEST_PAGE, element_test_keys)] {
+    let calibration_keys = tables(calibration_key_documentation());
+    for (page, keys) in [
+        (CASE_PAGE, case_keys()),
+        (STUDY_PAGE, study_keys()),
+        (ELEMENT_TEST_PAGE, element_test_keys),
+        (CALIBRATION_PAGE, calibration_keys),
+    ] {
         let text = read(page);
         let (head, rest) = text.split_once(BEGIN).expect("the mark where the keys begin");
         let (_, tail) = rest.split_once(END).expect("the mark where the keys end");
