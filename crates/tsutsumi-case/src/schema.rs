@@ -663,6 +663,7 @@ impl Default for Method {
             shape: "linear".to_owned(),
             velocity_update: "mpm1".to_owned(),
             flip_share: 0.95,
+            // In `const`, so that a zero would be an error of the compiler.
             xpic_order: const { NonZeroUsize::new(5).unwrap() },
             fmpm_order: const { NonZeroUsize::new(4).unwrap() },
             pressure_quadrature: PressureQuadrature::default(),

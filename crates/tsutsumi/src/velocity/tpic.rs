@@ -2,7 +2,7 @@ use super::{Gathered, VelocityUpdate};
 use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::particles::Particles;
 use crate::tensor::{Matrix, Vector};
-use crate::transfer::Transfer;
+use crate::transfer::{BLOCK, Transfer};
 
 /// TPIC, the Taylor particle-in-cell method: particles take the grid's velocity and its gradient.
 ///
@@ -37,9 +37,6 @@ pub struct Tpic<const D: usize> {
     gradients: Vec<Matrix<D>>,
 }
 
-/// Particles whose gradients are gathered in one call.
-const BLOCK: usize = 64;
-
 impl<const D: usize> VelocityUpdate<D> for Tpic<D> {
     #[inline(always)]
     fn particle_velocity(&self, _velocity: Vector<D>, at_particle: &Gathered<D>, _dt: f64) -> Vector<D> {
@@ -69,7 +66,8 @@ impl<const D: usize> VelocityUpdate<D> for Tpic<D> {
         for (number, gradients) in self.gradients.chunks_mut(BLOCK).enumerate() {
             let start = number * BLOCK;
             let at_particles = &mut at_particles[..gradients.len()];
-            transfer.nodes_to_particles(grid, nodes, particles, start..start + gradients.len(), at_particles);
+            let block = start..start + gradients.len();
+            transfer.velocity_gradients(grid, &nodes.velocity, particles, block, at_particles);
             for (gradient, at) in gradients.iter_mut().zip(at_particles) {
                 *gradient = at.velocity_gradient;
             }
