@@ -181,10 +181,6 @@ impl<S: Copy> Point<S> {
     }
 }
 
-fn norm(tensor: Sym3) -> f64 {
-    tensor.double_dot(tensor).sqrt()
-}
-
 impl LawPath {
     /// Checks a law along this path.
     ///
@@ -217,7 +213,7 @@ impl LawPath {
             point = point.update(law, increment, strain)?;
             if let Some(other) = &mut turned {
                 *other = other.update(law, increment, strain.rotated(&turn))?;
-                let off = norm(other.stress - point.stress.rotated(&turn));
+                let off = (other.stress - point.stress.rotated(&turn)).norm();
                 // Round-off, which a law may magnify, but not a thousand times over.
                 if off > 1e-9 * self.scale(law, &point) {
                     return Err(LawViolation::NotObjective { increment, off });
@@ -229,7 +225,7 @@ impl LawPath {
 
     /// What a stress is measured by (Pa): itself, or the stress of an increment.
     fn scale<L: ConstitutiveLaw>(&self, law: &L, point: &Point<L::State>) -> f64 {
-        norm(point.stress).max(law.p_wave_modulus(point.stress, &point.state) * self.strain)
+        point.stress.norm().max(law.p_wave_modulus(point.stress, &point.state) * self.strain)
     }
 
     fn strain_increment(&self, increment: usize, noise: &mut Noise) -> Sym3 {
@@ -240,7 +236,7 @@ impl LawPath {
         match (increment < self.increments / 4, self.plane) {
             (true, false) => Sym3::diagonal(0.0, 0.0, -self.strain),
             (true, true) => Sym3::diagonal(0.0, -self.strain, 0.0),
-            (false, _) => random * (self.strain / norm(random)),
+            (false, _) => random * (self.strain / random.norm()),
         }
     }
 
@@ -266,7 +262,7 @@ impl LawPath {
         increment: usize,
         point: &Point<L::State>,
     ) -> Result<(), LawViolation> {
-        let change = norm(point.update(law, increment, Sym3::ZERO)?.stress - point.stress);
+        let change = (point.update(law, increment, Sym3::ZERO)?.stress - point.stress).norm();
         match change <= 1e-12 * self.scale(law, point) {
             true => Ok(()),
             false => Err(LawViolation::Creeps { increment, change }),
@@ -295,14 +291,14 @@ impl LawPath {
             (stress, state) =
                 law.deform(stress, state, &motion).map_err(|source| LawViolation::Failed { increment, source })?;
             turned = turned.rotated(&turn);
-            let off = norm(stress - turned);
+            let off = (stress - turned).norm();
             // The rounding of so many products of matrices, and of F − I in laws of finite strain.
             if off.is_nan() || off > 1e-9 * self.scale(law, point) {
                 return Err(LawViolation::Turned { increment, degrees: 360 * step / STEPS_OF_A_TURN, off });
             }
         }
         // The product of the steps is the identity to 8e-14 rad a step, see `rotation`.
-        let off = norm(stress - point.stress);
+        let off = (stress - point.stress).norm();
         match off <= 1e-9 * self.scale(law, point) {
             true => Ok(()),
             false => Err(LawViolation::Turned { increment, degrees: 360, off }),
@@ -350,7 +346,8 @@ impl LawPath {
             .and_then(|text| serde_json::from_str(&text))
             .map_err(|source| LawViolation::Serialization { increment, source })?;
         let restored = Point { state, ..*point };
-        let off = norm(restored.update(law, increment, strain)?.stress - point.update(law, increment, strain)?.stress);
+        let off =
+            (restored.update(law, increment, strain)?.stress - point.update(law, increment, strain)?.stress).norm();
         match off <= 1e-12 * self.scale(law, point) {
             true => Ok(()),
             false => Err(LawViolation::HistoryLost { increment, off }),
@@ -377,7 +374,7 @@ fn tangent_is_the_derivative<L: ConstitutiveLaw>(
         return Err(LawViolation::NotFinite { increment, what: "the tangent" });
     }
     // Rounding of the stress over this step is 1e-8 of a modulus, curvature over it 1e-4 of its change in an increment.
-    let step = 1e-4 * norm(strain);
+    let step = 1e-4 * strain.norm();
     let scale = tangent.norm();
     let center = point.update(law, increment, strain)?.stress.to_kelvin();
     for &column in columns {
@@ -455,7 +452,7 @@ mod tests {
             new += strain * 1e6 + state.strain * (1e9 * strain.double_dot(strain));
             new += Sym3::IDENTITY * state.drift;
             state.strain += strain;
-            state.length += norm(strain);
+            state.length += strain.norm();
             match self {
                 Fault::Fails if state.length > 1e-3 => {
                     return Err(LawError::NotConverged { iterations: 3, residual: 1.0 });

@@ -42,10 +42,6 @@ fn laws(folder: &Path) -> Vec<Umat> {
     fortran.into_iter().chain([c]).map(law).collect()
 }
 
-fn norm(tensor: Sym3) -> f64 {
-    tensor.double_dot(tensor).sqrt()
-}
-
 #[test]
 fn a_compiled_law_gives_the_answers_of_the_built_in_one() {
     let folder = tempfile::tempdir().unwrap();
@@ -59,7 +55,7 @@ fn a_compiled_law_gives_the_answers_of_the_built_in_one() {
             (foreign, state) = law.update(foreign, state, strain).unwrap();
             (own, ()) = SOIL.update(own, (), strain).unwrap();
             // The same sums in another order.
-            assert!(norm(foreign - own) < 1e-12 * norm(own), "{foreign} {own}");
+            assert!((foreign - own).norm() < 1e-12 * own.norm(), "{foreign} {own}");
         }
         assert_eq!(state.variables()[0], 100.0);
         let tangent = law.tangent(foreign, state, Sym3::ZERO).unwrap() - SOIL.tangent(own, (), Sym3::ZERO).unwrap();

@@ -34,7 +34,7 @@ mod loading;
 mod specimen;
 mod water;
 
-pub use condition::{Condition, deviatoric_strain, deviatoric_stress};
+pub use condition::Condition;
 pub use course::Course;
 pub use cycles::{Criterion, CycleLimits, CycleProgress, Cycles};
 pub use error::{ElementError, SpecimenState};

@@ -70,6 +70,12 @@ impl Sym3 {
         self.xx + self.yy + self.zz
     }
 
+    /// The mean pressure −⅓ tr σ (Pa), positive in compression.
+    #[inline(always)]
+    pub fn pressure(self) -> f64 {
+        -self.trace() / 3.0
+    }
+
     /// The deviator s = σ − ⅓ tr σ I.
     pub fn deviator(self) -> Self {
         let mean = self.trace() / 3.0;
@@ -82,6 +88,24 @@ impl Sym3 {
             + self.yy * other.yy
             + self.zz * other.zz
             + 2.0 * (self.xy * other.xy + self.yz * other.yz + self.zx * other.zx)
+    }
+
+    /// The Euclidean norm √(a : a).
+    #[inline(always)]
+    pub fn norm(self) -> f64 {
+        self.double_dot(self).sqrt()
+    }
+
+    /// The deviatoric stress q = √(3/2 s : s) of a stress (Pa): in triaxial tests the size of the difference of the principal stresses.
+    pub fn deviatoric_stress(self) -> f64 {
+        let deviator = self.deviator();
+        (1.5 * deviator.double_dot(deviator)).sqrt()
+    }
+
+    /// The deviatoric strain ε_q = √(2/3 e : e) of a strain (–): in triaxial tests ⅔ |ε_zz − ε_xx|.
+    pub fn deviatoric_strain(self) -> f64 {
+        let deviator = self.deviator();
+        (2.0 / 3.0 * deviator.double_dot(deviator)).sqrt()
     }
 
     /// The tensor turned by a rotation R: R a Rᵀ.
@@ -288,7 +312,7 @@ mod tests {
     fn a_function_of_a_tensor_has_its_axes() {
         let square = sample().map_eigenvalues(|a| a * a);
         let expected = Sym3::symmetric_part(&(sample().to_matrix() * sample().to_matrix()));
-        assert!((square - expected).double_dot(square - expected).sqrt() < 1e-13);
+        assert!((square - expected).norm() < 1e-13);
     }
 
     #[test]
@@ -298,7 +322,7 @@ mod tests {
         let expected = Sym3 { xx: -2.0, yy: 1.0, zz: 4.0, xy: -0.5, yz: 3.0, zx: 0.25 };
         let difference = turned - expected;
         // 1000 steps of 1.6e-3 rad, each right to 8e-17 rad and rounded once or twice.
-        assert!(difference.double_dot(difference).sqrt() < 1e-12);
+        assert!(difference.norm() < 1e-12);
     }
 
     #[test]

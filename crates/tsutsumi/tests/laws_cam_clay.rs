@@ -314,7 +314,7 @@ fn violent_steps_end_on_the_yield_surface() {
             let strain = Sym3 { xy: factor * shear, ..Sym3::IDENTITY * (factor * volume / 3.0) };
             clay.strain(strain);
             clay.strain(strain);
-            let q = (1.5 * clay.stress.deviator().double_dot(clay.stress.deviator())).sqrt();
+            let q = clay.stress.deviatoric_stress();
             let (p, p_c) = (clay.pressure(), clay.state.preconsolidation_pressure);
             let f = (q / 1.2).powi(2) + p * (p - p_c);
             assert!(f <= 1e-12 * p_c * p_c, "{factor} {volume} {shear}: {f}");

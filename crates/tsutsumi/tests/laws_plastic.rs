@@ -39,10 +39,6 @@ const CLAY: VonMises =
 
 const NUM_TRIALS: usize = 10_000;
 
-fn norm(tensor: Sym3) -> f64 {
-    tensor.double_dot(tensor).sqrt()
-}
-
 fn elastic_strain(elastic: &LinearElastic, stress: Sym3) -> Sym3 {
     Sym3::IDENTITY * (stress.trace() / (9.0 * elastic.bulk_modulus()))
         + stress.deviator() * (0.5 / elastic.shear_modulus())
@@ -50,7 +46,7 @@ fn elastic_strain(elastic: &LinearElastic, stress: Sym3) -> Sym3 {
 
 /// √J₂ (Pa).
 fn shear(stress: Sym3) -> f64 {
-    norm(stress.deviator()) * 0.5_f64.sqrt()
+    stress.deviator().norm() * 0.5_f64.sqrt()
 }
 
 fn between(noise: &mut Noise, low: f64, high: f64) -> f64 {
@@ -235,7 +231,7 @@ fn mohr_coulomb_returns_to_the_nearest_stress() {
         let expected = nearest(principal, &planes, &stiffness(&elastic));
         let off = stress - Sym3::diagonal(expected[0], expected[1], expected[2]).rotated(&axes);
         // Hildreth's method ends when its steps are 1e-12, and converges linearly: what is left may be a hundred times as much.
-        assert!(norm(off) < 1e-10 * principal.norm(), "{law:?} {principal}: {off}");
+        assert!(off.norm() < 1e-10 * principal.norm(), "{law:?} {principal}: {off}");
         let active = |plane: &&Plane| plane.normal.dot(&expected) > plane.strength - 1e-6 * principal.norm();
         by_num_active[planes.iter().filter(active).count().min(6)] += 1;
     }
@@ -366,7 +362,7 @@ fn drucker_prager_returns_to_the_nearest_stress() {
         let (stress, state) = returned(&law, trial);
         let Meridian { slope, strength, tension, .. } = meridian(&law);
         let mean = stress.trace() / 3.0;
-        let margin = 1e-12 * (norm(trial) + strength);
+        let margin = 1e-12 * (trial.norm() + strength);
         assert!(shear(stress) + slope * mean <= strength + margin && mean <= tension + margin);
         if !state.yielding {
             assert_eq!(stress, trial);
@@ -384,7 +380,7 @@ fn drucker_prager_returns_to_the_nearest_stress() {
 
         let energy = |y: Sym3| (trial - y).double_dot(elastic_strain(&elastic, trial - y));
         let direction = trial.deviator() * (1.0 / shear(trial));
-        let lowest = (-4.0 * norm(trial) - 2.0 * strength, tension.min(norm(trial)));
+        let lowest = (-4.0 * trial.norm() - 2.0 * strength, tension.min(trial.norm()));
         let nearest = golden_section(lowest, |mean: f64| {
             let height = (strength - slope * mean).max(0.0).min(shear(trial));
             energy(Sym3::IDENTITY * mean + direction * height)
@@ -393,12 +389,12 @@ fn drucker_prager_returns_to_the_nearest_stress() {
 
         let plastic = elastic_strain(&elastic, trial - stress);
         for _ in 0..200 {
-            let mean = tension.min(norm(trial)) - between(&mut noise, 0.0, 2.0).powi(4) * 20e3;
+            let mean = tension.min(trial.norm()) - between(&mut noise, 0.0, 2.0).powi(4) * 20e3;
             let deviator = noise.tensor().deviator();
             let height = (strength - slope * mean).max(0.0) * between(&mut noise, 0.9, 1.0);
             let other = Sym3::IDENTITY * mean + deviator * (height / shear(deviator));
             let ahead = plastic.double_dot(other - stress);
-            assert!(ahead <= 1e-12 * norm(plastic) * norm(trial), "{law:?} {trial}: {ahead}");
+            assert!(ahead <= 1e-12 * plastic.norm() * trial.norm(), "{law:?} {trial}: {ahead}");
         }
     }
     assert!(regions.iter().all(|&count| count > 100), "{regions:?}");
@@ -427,7 +423,7 @@ fn drucker_prager_flows_along_its_potential() {
             continue;
         }
         let Meridian { slope, strength, flow_slope, tension } = meridian(&law);
-        let (mean, margin) = (stress.trace() / 3.0, 1e-12 * (norm(trial) + strength));
+        let (mean, margin) = (stress.trace() / 3.0, 1e-12 * (trial.norm() + strength));
         let plastic = elastic_strain(&elastic, trial - stress);
         let by_cone = 2.0 * shear(plastic.deviator());
         let by_opening = plastic.trace() - flow_slope * by_cone;
@@ -437,7 +433,7 @@ fn drucker_prager_flows_along_its_potential() {
         assert!(by_cone < rounding || shear(stress) + slope * mean > strength - margin);
         // The deviatoric part lies along s: |a||b| = a : b.
         let along = plastic.deviator().double_dot(stress.deviator());
-        assert!(along > norm(plastic.deviator()) * norm(stress.deviator()) * (1.0 - 1e-9) - rounding * norm(stress));
+        assert!(along > plastic.deviator().norm() * stress.deviator().norm() * (1.0 - 1e-9) - rounding * stress.norm());
         assert!((state.plastic_volumetric_strain - plastic.trace()).abs() < rounding);
         assert!((state.plastic_deviatoric_strain - by_cone / 3.0_f64.sqrt()).abs() < rounding);
     }
@@ -477,11 +473,11 @@ fn softened_states_are_those_of_the_strength_they_end_with() {
             MohrCoulomb { friction_angle_deg, cohesion, dilatancy_angle_deg, ..peak }
         };
         let (stress, state) = returned(&softening, trial);
-        assert_same(stress, returned(&kept(state), trial).0, norm(trial));
+        assert_same(stress, returned(&kept(state), trial).0, trial.norm());
         assert_plastic_strain(state, elastic_strain(&elastic, trial - stress));
 
         let (stress, state) = returned(&as_cone(softening, cone), trial);
-        assert_same(stress, returned(&as_cone(kept(state), cone), trial).0, norm(trial));
+        assert_same(stress, returned(&as_cone(kept(state), cone), trial).0, trial.norm());
         assert_plastic_strain(state, elastic_strain(&elastic, trial - stress));
         num_softening += usize::from(state.plastic_deviatoric_strain > 0.0);
     }
@@ -489,12 +485,12 @@ fn softened_states_are_those_of_the_strength_they_end_with() {
 }
 
 fn assert_same(stress: Sym3, expected: Sym3, size: f64) {
-    assert!(norm(stress - expected) < 1e-10 * size, "{stress} {expected}");
+    assert!((stress - expected).norm() < 1e-10 * size, "{stress} {expected}");
 }
 
 /// The history counts this plastic strain: to round-off of strains of 1 %.
 fn assert_plastic_strain(state: FrictionalState, strain: Sym3) {
-    let expected = (2.0_f64 / 3.0).sqrt() * norm(strain.deviator());
+    let expected = (2.0_f64 / 3.0).sqrt() * strain.deviator().norm();
     assert!((state.plastic_deviatoric_strain - expected).abs() < 1e-12, "{expected}");
 }
 

@@ -1,6 +1,6 @@
 //! What happened to a specimen, row by row.
 
-use tsutsumi::element::{Condition, ExcessPressure, Specimen, deviatoric_strain, deviatoric_stress};
+use tsutsumi::element::{Condition, ExcessPressure, Specimen};
 use tsutsumi::tensor::Sym3;
 
 use super::schema::ElementTestFile;
@@ -122,9 +122,9 @@ impl Recorder {
         let mut row = vec![place.stage as f64, place.increment as f64, place.cycle];
         row.extend(components(strain));
         row.extend(components(stress));
-        row.extend([of(Condition::MEAN_STRESS), of(Condition::STRESS_DIFFERENCE), deviatoric_stress(stress)]);
+        row.extend([of(Condition::MEAN_STRESS), of(Condition::STRESS_DIFFERENCE), stress.deviatoric_stress()]);
         row.extend([Condition::AXIAL_STRESS, Condition::RADIAL_STRESS, Condition::SHEAR_STRESS].map(of));
-        row.extend([of(Condition::VOLUMETRIC_STRAIN), of(Condition::AXIAL_STRAIN), deviatoric_strain(strain)]);
+        row.extend([of(Condition::VOLUMETRIC_STRAIN), of(Condition::AXIAL_STRAIN), strain.deviatoric_strain()]);
         row.push(of(Condition::SHEAR_STRAIN));
         row.extend(water.map_or([0.0, 0.0], |water| [water.pressure(specimen), water.ratio(specimen)]));
         row.extend(self.void_ratio.map(|e| {

@@ -70,15 +70,3 @@ impl Condition {
         self.value(specimen.stress(), specimen.strain())
     }
 }
-
-/// The deviatoric stress q = √(3/2 s : s) (Pa): in triaxial tests the size of [`Condition::STRESS_DIFFERENCE`].
-pub fn deviatoric_stress(stress: Sym3) -> f64 {
-    let deviator = stress.deviator();
-    (1.5 * deviator.double_dot(deviator)).sqrt()
-}
-
-/// The deviatoric strain ε_q = √(2/3 e : e) (–): in triaxial tests ⅔ |ε_zz − ε_xx|.
-pub fn deviatoric_strain(strain: Sym3) -> f64 {
-    let deviator = strain.deviator();
-    (deviator.double_dot(deviator) / 1.5).sqrt()
-}

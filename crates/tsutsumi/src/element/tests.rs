@@ -36,9 +36,9 @@ fn drained_triaxial_compression_shows_youngs_modulus_and_poissons_ratio() {
         close(end.strain().xx, 0.25 * 0.01, 0.01);
         close(end.strain().yy, 0.25 * 0.01, 0.01);
         close(end.stress().xx, -100e3, 300e3);
-        close(deviatoric_stress(end.stress()), 300e3, 300e3);
+        close(end.stress().deviatoric_stress(), 300e3, 300e3);
         // ⅔ (ε_a − ε_r), ε_r = −ν ε_a.
-        close(deviatoric_strain(end.strain()), 2.0 / 3.0 * 1.25 * 0.01, 0.01);
+        close(end.strain().deviatoric_strain(), 2.0 / 3.0 * 1.25 * 0.01, 0.01);
     }
 }
 

@@ -118,7 +118,7 @@ impl ConstitutiveLaw for Bingham {
 
     /// As dense as the pressure makes it.
     fn initial_state(&self, stress: Sym3) -> BinghamState {
-        let log_volume_ratio = self.compression().log_volume_ratio(-stress.trace() / 3.0);
+        let log_volume_ratio = self.compression().log_volume_ratio(stress.pressure());
         BinghamState { log_volume_ratio, plastic_shear: 0.0 }
     }
 

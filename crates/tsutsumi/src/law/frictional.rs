@@ -2,7 +2,6 @@ use serde::{Deserialize, Serialize};
 
 use super::LawError;
 use super::parameter::{require, require_positive};
-use crate::tensor::Sym3;
 
 /// What laws with friction and cohesion remember.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -106,12 +105,6 @@ pub(super) fn validate_flow(
     require(within, "dilatancy_angle_deg", dilatancy_angle_deg, "from 0 to `friction_angle_deg`")?;
     let strength = tensile_strength.unwrap_or_default();
     require(strength >= 0.0 && strength.is_finite(), "tensile_strength", strength, "zero or positive (Pa)")
-}
-
-/// √(2/3 e : e) of a strain (–): in triaxial compression without a change of volume, the axial strain.
-pub(super) fn deviatoric_norm(strain: Sym3) -> f64 {
-    let deviator = strain.deviator();
-    (2.0 / 3.0 * deviator.double_dot(deviator)).sqrt()
 }
 
 /// Far more than regula falsi takes: the curves are nearly straight.

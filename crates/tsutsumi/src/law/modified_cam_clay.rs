@@ -89,7 +89,7 @@ pub struct CamClayState {
 impl ModifiedCamClay {
     /// The isotropic pressure (Pa) of the yield surface through a stress, which must have some compression.
     pub fn yield_pressure(&self, stress: Sym3) -> f64 {
-        let (pressure, q) = (pressure_of(stress), von_mises_stress(stress.deviator()));
+        let (pressure, q) = (stress.pressure(), stress.deviatoric_stress());
         pressure + q * q / (self.critical_state_ratio * self.critical_state_ratio * pressure)
     }
 
@@ -103,16 +103,8 @@ impl ModifiedCamClay {
 
     /// The tangent bulk modulus K = v p/κ (Pa).
     fn bulk_modulus(&self, stress: Sym3, state: &CamClayState) -> f64 {
-        (1.0 + state.void_ratio) * pressure_of(stress).max(0.0) / self.kappa
+        (1.0 + state.void_ratio) * stress.pressure().max(0.0) / self.kappa
     }
-}
-
-fn pressure_of(stress: Sym3) -> f64 {
-    -stress.trace() / 3.0
-}
-
-fn von_mises_stress(deviator: Sym3) -> f64 {
-    (1.5 * deviator.double_dot(deviator)).sqrt()
 }
 
 /// A strain increment on its way through the law. Pressures and volumetric strains are positive in compression.
@@ -151,7 +143,7 @@ const MOST_ITERATIONS: usize = 100;
 
 impl<'a> Step<'a> {
     fn new(law: &'a ModifiedCamClay, stress: Sym3, state: CamClayState, strain: Sym3) -> Result<Self, LawError> {
-        let pressure_old = pressure_of(stress);
+        let pressure_old = stress.pressure();
         if !(pressure_old > 0.0 && state.preconsolidation_pressure > 0.0) {
             return Err(LawError::NoCompression { pressure: pressure_old });
         }
@@ -177,7 +169,7 @@ impl<'a> Step<'a> {
             shear_modulus,
             shear_modulus_slope,
             deviator,
-            von_mises: von_mises_stress(deviator),
+            von_mises: (1.5 * deviator.double_dot(deviator)).sqrt(),
         }
     }
 

@@ -2,7 +2,7 @@ use std::f64::consts::FRAC_PI_3;
 
 use serde::{Deserialize, Serialize};
 
-use super::frictional::{FrictionalState, Softening, Strength, deviatoric_norm, softened_strain, validate_flow};
+use super::frictional::{FrictionalState, Softening, Strength, softened_strain, validate_flow};
 use super::principal::Principal;
 use super::{ConstitutiveLaw, LawError, LinearElastic};
 use crate::tensor::Sym3;
@@ -256,10 +256,10 @@ impl ConstitutiveLaw for MohrCoulomb {
             return Ok((trial_stress, still_elastic));
         }
         let (mut end, mut plastic) = trial.returned(&surface);
-        let mut plastic_strain = strain_old + deviatoric_norm(plastic);
+        let mut plastic_strain = strain_old + plastic.deviatoric_strain();
         if softening.goes_on_at(strain_old) && plastic_strain > strain_old {
             let returned = |strain: f64| trial.returned(&self.surface(&softening, strain));
-            let increment = |strain: f64| deviatoric_norm(returned(strain).1);
+            let increment = |strain: f64| returned(strain).1.deviatoric_strain();
             plastic_strain = softened_strain(strain_old, softening.over, increment)?;
             (end, plastic) = returned(plastic_strain);
         }

@@ -103,7 +103,7 @@ impl ConstitutiveLaw for Newtonian {
 
     /// As dense as the pressure makes it; shear stresses last no longer than the motion.
     fn initial_state(&self, stress: Sym3) -> NewtonianState {
-        NewtonianState { log_volume_ratio: self.compression().log_volume_ratio(-stress.trace() / 3.0) }
+        NewtonianState { log_volume_ratio: self.compression().log_volume_ratio(stress.pressure()) }
     }
 
     fn outputs(&self) -> &'static [&'static str] {

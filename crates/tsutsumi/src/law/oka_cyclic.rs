@@ -122,11 +122,11 @@ impl OkaCyclic {
     /// M̃* of the plastic potential (–).
     fn potential_ratio(&self, pressure: f64, ratio: Sym3, state: &OkaCyclicState) -> f64 {
         let below = (self.boundary_pressure(state) / pressure).ln();
-        if norm(ratio - state.initial_ratio) >= self.phase_transformation_ratio * below {
+        if (ratio - state.initial_ratio).norm() >= self.phase_transformation_ratio * below {
             return self.phase_transformation_ratio;
         }
         // ln(p'_c/p') is positive here: below > 0.
-        norm(ratio) / (below + norm(state.initial_ratio) / self.phase_transformation_ratio)
+        ratio.norm() / (below + state.initial_ratio.norm() / self.phase_transformation_ratio)
     }
 
     /// D* of the flow rule (–). On the boundary surface M̃* = M*_m and D* = D*₀.
@@ -222,9 +222,9 @@ impl Point {
     /// The direction m; that of the strain at the very centre of the elastic region.
     fn direction(&self, strain: &Strain) -> Sym3 {
         let relative = self.relative();
-        match norm(relative) > 0.0 {
-            true => relative * (1.0 / norm(relative)),
-            false => strain.deviator * (1.0 / norm(strain.deviator).max(f64::MIN_POSITIVE)),
+        match relative.norm() > 0.0 {
+            true => relative * (1.0 / relative.norm()),
+            false => strain.deviator * (1.0 / strain.deviator.norm().max(f64::MIN_POSITIVE)),
         }
     }
 
@@ -261,8 +261,8 @@ impl Change {
 
     /// How far apart two changes are, over the mean effective stress (–).
     fn distance(&self, other: &Change, pressure: f64) -> f64 {
-        let stress = norm(self.deviator - other.deviator) + (self.pressure - other.pressure).abs();
-        stress / pressure + norm(self.back_ratio - other.back_ratio)
+        let stress = (self.deviator - other.deviator).norm() + (self.pressure - other.pressure).abs();
+        stress / pressure + (self.back_ratio - other.back_ratio).norm()
     }
 }
 
@@ -283,7 +283,7 @@ impl OkaCyclic {
 
     /// |s − p' χ*| − k p' (Pa), negative in the elastic region.
     fn yield_function(&self, point: &Point) -> f64 {
-        norm(point.relative()) - self.elastic_radius * point.pressure
+        point.relative().norm() - self.elastic_radius * point.pressure
     }
 
     /// Elastic strain: exact for K in proportion to p' and G to √p'.
@@ -297,7 +297,7 @@ impl OkaCyclic {
         let mean = if half.abs() > 1e-5 { half.exp_m1() / half } else { 1.0 + 0.5 * half };
         let twice_shear = 2.0 * self.shear_modulus_per_root(&point.state) * point.pressure.sqrt();
         let mut state = point.state;
-        state.elastic_shear += norm(strain.deviator);
+        state.elastic_shear += strain.deviator.norm();
         Point {
             pressure: point.pressure * growth * growth,
             deviator: point.deviator + strain.deviator * (twice_shear * mean),
@@ -371,7 +371,7 @@ impl OkaCyclic {
             back_ratio: (direction * self.failure_ratio - state.back_ratio) * (hardening * shear),
             plastic_volumetric_strain: contraction * shear,
             plastic_shear: shear,
-            elastic_shear: norm(elastic),
+            elastic_shear: elastic.norm(),
         })
     }
 
@@ -393,7 +393,7 @@ impl OkaCyclic {
         let direction = point.direction(strain);
         point.deviator = (point.state.back_ratio + direction * self.elastic_radius) * point.pressure;
         point.state.direction = direction;
-        point.state.transformed |= norm(point.ratio()) >= self.transformation_ratio();
+        point.state.transformed |= point.ratio().norm() >= self.transformation_ratio();
         point.no_lower(self.least_pressure)
     }
 
@@ -450,18 +450,18 @@ impl ConstitutiveLaw for OkaCyclic {
         if !strain.is_finite() {
             return Err(LawError::NotFinite { strain });
         }
-        let point = Point { pressure: pressure(stress).max(self.least_pressure), deviator: -stress.deviator(), state };
+        let point = Point { pressure: stress.pressure().max(self.least_pressure), deviator: -stress.deviator(), state };
         let strain = Strain { volumetric: -strain.trace(), deviator: -strain.deviator() };
         let end = self.follow(point, &strain)?;
         Ok((-end.deviator - Sym3::IDENTITY * end.pressure, end.state))
     }
 
     fn p_wave_modulus(&self, stress: Sym3, state: &Self::State) -> f64 {
-        self.bulk_rate() * pressure(stress).max(self.least_pressure) + 4.0 / 3.0 * self.s_wave_modulus(stress, state)
+        self.bulk_rate() * stress.pressure().max(self.least_pressure) + 4.0 / 3.0 * self.s_wave_modulus(stress, state)
     }
 
     fn s_wave_modulus(&self, stress: Sym3, state: &Self::State) -> f64 {
-        self.shear_modulus_per_root(state) * pressure(stress).max(self.least_pressure).sqrt()
+        self.shear_modulus_per_root(state) * stress.pressure().max(self.least_pressure).sqrt()
     }
 
     fn validate(&self) -> Result<(), LawError> {
@@ -507,9 +507,9 @@ impl ConstitutiveLaw for OkaCyclic {
 
     /// The elastic region lies round the stress. A mean stress below the least pressure counts as that.
     fn initial_state(&self, stress: Sym3) -> Self::State {
-        let initial_pressure = pressure(stress).max(self.least_pressure);
+        let initial_pressure = stress.pressure().max(self.least_pressure);
         let initial_ratio = -stress.deviator() * (1.0 / initial_pressure);
-        let transformed = norm(initial_ratio) >= self.transformation_ratio();
+        let transformed = initial_ratio.norm() >= self.transformation_ratio();
         OkaCyclicState { initial_pressure, initial_ratio, back_ratio: initial_ratio, transformed, ..Default::default() }
     }
 
@@ -528,18 +528,9 @@ impl ConstitutiveLaw for OkaCyclic {
     }
 
     fn write_outputs(&self, stress: Sym3, state: &Self::State, values: &mut [f64]) {
-        let ratio = norm(stress.deviator()) / pressure(stress).max(self.least_pressure);
+        let ratio = stress.deviator().norm() / stress.pressure().max(self.least_pressure);
         let volumetric = -state.plastic_volumetric_strain;
         let transformed = f64::from(u8::from(state.transformed));
         values.copy_from_slice(&[ratio, volumetric, state.plastic_shear, self.hardening_factor(state), transformed]);
     }
-}
-
-fn norm(tensor: Sym3) -> f64 {
-    tensor.double_dot(tensor).sqrt()
-}
-
-/// The mean effective stress p' (Pa), positive in compression.
-fn pressure(stress: Sym3) -> f64 {
-    -stress.trace() / 3.0
 }

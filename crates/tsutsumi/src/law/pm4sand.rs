@@ -681,7 +681,7 @@ impl PlasticRates for Rates<'_> {
 
     #[inline(always)]
     fn stress_scale(&self, stress: Sym3) -> f64 {
-        stress.double_dot(stress).sqrt().max(self.law.atmospheric_pressure / 200.0)
+        stress.norm().max(self.law.atmospheric_pressure / 200.0)
     }
 
     /// Back to the yield surface at the same pressure and back-stress ratio, and inside the bounding ratio; a reversal is noted.

@@ -101,7 +101,7 @@ impl PressureElastic {
 
     /// The strain after a step.
     fn after(&self, stress: Sym3, strain: Sym3) -> Result<Strained, LawError> {
-        let pressure = -stress.trace() / 3.0;
+        let pressure = stress.pressure();
         if pressure <= 0.0 {
             return Err(LawError::NoCompression { pressure });
         }

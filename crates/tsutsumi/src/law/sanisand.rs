@@ -146,7 +146,7 @@ impl Sanisand {
 
     /// The shear modulus (Pa) at a stress.
     fn shear_modulus(&self, stress: Sym3, state: &SanisandState) -> f64 {
-        self.shear_stiffness(state.void_ratio) * mean_pressure(stress).max(self.smallest_pressure()).sqrt()
+        self.shear_stiffness(state.void_ratio) * stress.pressure().max(self.smallest_pressure()).sqrt()
     }
 
     /// Radius of the yield surface in stress ratios, √⅔ m.
@@ -165,13 +165,13 @@ impl Sanisand {
     /// Where a stress stands to the surfaces, or `None` beyond the apex.
     #[inline(always)]
     fn bearing(&self, stress: Sym3, back_stress_ratio: Sym3) -> Option<Bearing> {
-        let pressure = mean_pressure(stress) + self.residual_pressure;
+        let pressure = stress.pressure() + self.residual_pressure;
         if pressure <= 0.0 {
             return None;
         }
         let ratio = stress.deviator() * (-1.0 / pressure);
         let off_axis = ratio - back_stress_ratio;
-        let distance = off_axis.double_dot(off_axis).sqrt();
+        let distance = off_axis.norm();
         // On the axis every direction is as good.
         let normal = off_axis * (1.0 / distance.max(f64::MIN_POSITIVE));
         Some(Bearing { pressure, ratio, distance, normal })
@@ -179,7 +179,7 @@ impl Sanisand {
 
     /// The stress and history with the pressure raised to the smallest one, at the same stress ratio.
     fn kept_closed(&self, stress: Sym3) -> Sym3 {
-        let (mean, smallest) = (mean_pressure(stress), self.smallest_pressure());
+        let (mean, smallest) = (stress.pressure(), self.smallest_pressure());
         if mean >= smallest {
             return stress;
         }
@@ -202,12 +202,6 @@ struct Bearing {
     distance: f64,
     /// n (–).
     normal: Sym3,
-}
-
-/// p (Pa), positive in compression.
-#[inline(always)]
-fn mean_pressure(stress: Sym3) -> f64 {
-    stress.trace() / -3.0
 }
 
 /// a · a.
@@ -238,7 +232,7 @@ impl PlasticRates for Sanisand {
         let void_ratio = at.state.void_ratio + (1.0 + at.state.void_ratio) * volumetric;
         let shear = self.shear_stiffness(0.5 * (at.state.void_ratio + void_ratio));
         let bulk = self.bulk_ratio() * shear;
-        let path = RootPressure::after(mean_pressure(at.stress), bulk, -volumetric, self.smallest_pressure());
+        let path = RootPressure::after(at.stress.pressure(), bulk, -volumetric, self.smallest_pressure());
         let deviator = at.stress.deviator() + strain.deviator() * (2.0 * shear * path.mean_root);
         let stress = deviator - Sym3::IDENTITY * path.pressure;
         StressPoint { stress, state: SanisandState { void_ratio, ..at.state } }
@@ -296,7 +290,7 @@ impl PlasticRates for Sanisand {
             fabric: (n * self.fabric_limit + state.fabric) * -fabric_growth,
             void_ratio: -(1.0 + state.void_ratio) * volumetric,
             plastic_volumetric_strain: -plastic_volumetric,
-            plastic_shear_strain: ROOT_2_3 * plastic_deviator.double_dot(plastic_deviator).sqrt(),
+            plastic_shear_strain: ROOT_2_3 * plastic_deviator.norm(),
         };
         Some(StressPoint { stress, state: change })
     }
@@ -316,15 +310,15 @@ impl PlasticRates for Sanisand {
     /// Half of what is stable: the stress deviator moves by the radius of the yield surface.
     #[inline(always)]
     fn stable_sub_step(&self, at: &StressPoint<SanisandState>, strain: Sym3) -> f64 {
-        let pressure = mean_pressure(at.stress).max(self.smallest_pressure()) + self.residual_pressure;
+        let pressure = at.stress.pressure().max(self.smallest_pressure()) + self.residual_pressure;
         let deviator = strain.deviator();
-        let elastic = 2.0 * self.shear_modulus(at.stress, &at.state) * deviator.double_dot(deviator).sqrt();
+        let elastic = 2.0 * self.shear_modulus(at.stress, &at.state) * deviator.norm();
         (self.yield_radius() * pressure / elastic).min(1.0)
     }
 
     #[inline(always)]
     fn stress_scale(&self, stress: Sym3) -> f64 {
-        stress.double_dot(stress).sqrt().max(self.residual_pressure).max(self.smallest_pressure())
+        stress.norm().max(self.residual_pressure).max(self.smallest_pressure())
     }
 
     /// Back to the yield surface at the same pressure and back-stress ratio; a reversal is noted.
@@ -419,7 +413,7 @@ impl ConstitutiveLaw for Sanisand {
 
     /// The stress stands in the middle of the yield surface, which is where the last reversal was; no fabric.
     fn initial_state(&self, stress: Sym3) -> Self::State {
-        let pressure = mean_pressure(stress) + self.residual_pressure;
+        let pressure = stress.pressure() + self.residual_pressure;
         let back_stress_ratio = match pressure > self.smallest_pressure() {
             true => stress.deviator() * (-1.0 / pressure),
             false => Sym3::ZERO,
@@ -453,14 +447,13 @@ impl ConstitutiveLaw for Sanisand {
     }
 
     fn write_outputs(&self, stress: Sym3, state: &Self::State, values: &mut [f64]) {
-        let pressure = mean_pressure(stress).max(0.0) + self.residual_pressure;
-        let length = |tensor: Sym3| tensor.double_dot(tensor).sqrt();
+        let pressure = stress.pressure().max(0.0) + self.residual_pressure;
         values.copy_from_slice(&[
             state.void_ratio,
             state.void_ratio - self.critical_state_line(pressure),
             // As q/p in triaxial compression.
-            1.5_f64.sqrt() * length(state.back_stress_ratio),
-            length(state.fabric),
+            1.5_f64.sqrt() * state.back_stress_ratio.norm(),
+            state.fabric.norm(),
             state.plastic_volumetric_strain,
             state.plastic_shear_strain,
         ]);

@@ -199,7 +199,7 @@ fn sub_step<R: PlasticRates>(
     let stress = at.stress + (first.stress + second.stress) * 0.5;
     let state = rates.add(&rates.add(&at.state, &first.state, 0.5), &second.state, 0.5);
     let difference = second.stress - first.stress;
-    let error = 0.5 * difference.double_dot(difference).sqrt() / rates.stress_scale(stress);
+    let error = 0.5 * difference.norm() / rates.stress_scale(stress);
     // A sub-step without a number as its error counts as one without an answer.
     (!error.is_nan()).then_some((StressPoint { stress, state }, error))
 }
@@ -231,10 +231,6 @@ mod tests {
     use super::*;
 
     const FINE: SubStepping = SubStepping { tolerance: 1e-6, smallest: 1e-6, yield_tolerance: 1e-9 };
-
-    fn norm(tensor: Sym3) -> f64 {
-        tensor.double_dot(tensor).sqrt()
-    }
 
     /// A stress that grows towards a limit, dσ = E (1 − σ/σ_∞) dε, from the first strain on: σ = σ_∞ (1 − exp(−E ε/σ_∞)).
     struct Saturation;
@@ -306,7 +302,7 @@ mod tests {
         type State = ();
 
         fn yield_function(&self, at: &StressPoint<()>) -> f64 {
-            norm(at.stress) / RADIUS - 1.0
+            at.stress.norm() / RADIUS - 1.0
         }
 
         fn elastic(&self, at: &StressPoint<()>, strain: Sym3) -> StressPoint<()> {
@@ -314,7 +310,7 @@ mod tests {
         }
 
         fn change(&self, at: &StressPoint<()>, strain: Sym3) -> Option<StressPoint<()>> {
-            let normal = at.stress * (1.0 / norm(at.stress));
+            let normal = at.stress * (1.0 / at.stress.norm());
             let loading = normal.double_dot(strain).max(0.0);
             Some(StressPoint { stress: (strain - normal * loading) * (2.0 * SHEAR_MODULUS), state: () })
         }
@@ -326,7 +322,7 @@ mod tests {
         }
 
         fn settle(&self, at: StressPoint<()>) -> StressPoint<()> {
-            StressPoint { stress: at.stress * (RADIUS / norm(at.stress)).min(1.0), state: () }
+            StressPoint { stress: at.stress * (RADIUS / at.stress.norm()).min(1.0), state: () }
         }
     }
 
@@ -344,7 +340,7 @@ mod tests {
             let exact = 2.0 * (-2.0 * SHEAR_MODULUS * length / RADIUS).exp().atan();
             // The tolerance of a sub-step, over fewer than a thousand of them whose errors fade.
             assert!((end.xy.atan2(end.yz) - exact).abs() < 1e-5, "{length}");
-            assert!((norm(end) - RADIUS).abs() < 1e-9 * RADIUS);
+            assert!((end.norm() - RADIUS).abs() < 1e-9 * RADIUS);
         }
     }
 
@@ -357,7 +353,7 @@ mod tests {
             [(0.3, 5.0, 1.0), (1.0, 0.7, 1.0), (1.0, -0.5, 0.5), (1.0, -7.0, -1.0), (-1.0, 2.5, 1.0)]
         {
             let stress = FINE.integrate(&Perfect, at(start), shear(strain * yield_strain, 0.0)).unwrap().stress;
-            let off = norm(stress - at(end).stress) / RADIUS;
+            let off = (stress - at(end).stress).norm() / RADIUS;
             assert!(off < 1e-9, "{start} {strain}: {off:e}");
         }
         // Unloading along a chord: the path is elastic until it meets the circle again.
