@@ -32,6 +32,8 @@ pub mod damping;
 pub mod element;
 pub mod grid;
 pub mod law;
+
+mod parallel;
 pub mod particles;
 pub mod pressure;
 pub mod shape;

@@ -1,0 +1,126 @@
+//! Loops on all threads whose results do not depend on the number of threads.
+//!
+//! A loop is halved until its pieces are of one grain. Where it is cut depends on its length alone, and sums are made in the order of the
+//! cuts: the same bits with one thread or many. Loops of one grain never leave the thread, so that small bodies pay nothing.
+//!
+//! The threads are those of the rayon pool in which a step is called.
+
+use std::ops::Range;
+
+/// What can be cut in two: slices, ranges, and tuples of them with the same length.
+pub(crate) trait Pieces: Send + Sized {
+    /// The number of elements.
+    fn count(&self) -> usize;
+
+    /// The first `at` elements and the rest.
+    fn cut(self, at: usize) -> (Self, Self);
+}
+
+impl Pieces for Range<usize> {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        let middle = self.start + at;
+        (self.start..middle, middle..self.end)
+    }
+}
+
+impl<T: Sync> Pieces for &[T] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        self.split_at(at)
+    }
+}
+
+impl<T: Send> Pieces for &mut [T] {
+    fn count(&self) -> usize {
+        self.len()
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        self.split_at_mut(at)
+    }
+}
+
+impl<A: Pieces, B: Pieces> Pieces for (A, B) {
+    fn count(&self) -> usize {
+        self.0.count()
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        let (a, b) = (self.0.cut(at), self.1.cut(at));
+        ((a.0, b.0), (a.1, b.1))
+    }
+}
+
+impl<A: Pieces, B: Pieces, C: Pieces> Pieces for (A, B, C) {
+    fn count(&self) -> usize {
+        self.0.count()
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        let (a, b, c) = (self.0.cut(at), self.1.cut(at), self.2.cut(at));
+        ((a.0, b.0, c.0), (a.1, b.1, c.1))
+    }
+}
+
+/// Calls `work` with pieces of `grain` elements, the last one shorter.
+pub(crate) fn for_each<P: Pieces>(pieces: P, grain: usize, work: &(impl Fn(P) + Sync)) {
+    fold(pieces, grain, work, &|(), ()| ());
+}
+
+/// Sums what `work` says of pieces of `grain` elements.
+pub(crate) fn sum<P: Pieces>(pieces: P, grain: usize, work: &(impl Fn(P) -> f64 + Sync)) -> f64 {
+    fold(pieces, grain, work, &|a, b| a + b)
+}
+
+/// Joins what `work` says of pieces of `grain` elements, two neighbours at a time.
+pub(crate) fn fold<P: Pieces, R: Send>(
+    pieces: P,
+    grain: usize,
+    work: &(impl Fn(P) -> R + Sync),
+    join: &(impl Fn(R, R) -> R + Sync),
+) -> R {
+    let grains = pieces.count().div_ceil(grain);
+    if grains <= 1 {
+        return work(pieces);
+    }
+    let (left, right) = pieces.cut(grains.div_ceil(2) * grain);
+    let (left, right) = rayon::join(|| fold(left, grain, work, join), || fold(right, grain, work, join));
+    join(left, right)
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    #[test]
+    fn every_element_is_visited_once_and_sums_do_not_depend_on_the_threads() {
+        let values: Vec<f64> = (0..1000).map(|i| 1.0 / (1.0 + i as f64)).collect();
+        let total = |threads| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
+            pool.install(|| sum(&values[..], 7, &|piece: &[f64]| piece.iter().sum()))
+        };
+        assert_eq!(total(1).to_bits(), total(3).to_bits());
+        // The harmonic number of 1000.
+        assert!((total(2) - 7.485_470_860_550_345).abs() < 1e-13);
+
+        let mut visits = vec![0; 1000];
+        for_each((&mut visits[..], 0..1000), 64, &|(visits, range): (&mut [usize], Range<usize>)| {
+            for (visit, i) in visits.iter_mut().zip(range) {
+                *visit += i;
+            }
+        });
+        assert!(visits.iter().enumerate().all(|(i, &visit)| visit == i));
+    }
+
+    #[test]
+    fn nothing_is_one_piece() {
+        assert_eq!(sum(0..0, 8, &|range: Range<usize>| range.len() as f64), 0.0);
+    }
+}
