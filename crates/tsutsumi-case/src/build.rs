@@ -180,7 +180,11 @@ fn fill_body<const D: usize>(
         let help = "finite elements need boxes between grid lines: change `grid.spacing` or `grid.origin`";
         return Err(source.invalid(key.key("shape"), "a side of this body cuts through cells", help));
     }
-    let points = if finite_elements { region.gauss_points() } else { region.points() };
+    let mut points = if finite_elements { region.gauss_points() } else { region.points() };
+    if !finite_elements {
+        // What stands together in space stands together in memory.
+        points.sort_by_key(|point| grid.cell_at(&point.position));
+    }
     if points.is_empty() {
         let help = "it must cover at least a tenth of one: take smaller cells or more points per cell";
         return Err(source.invalid(key.key("shape"), "this body is too small to hold a material point", help));

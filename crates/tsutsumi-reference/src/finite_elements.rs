@@ -223,9 +223,9 @@ impl<const D: usize> FiniteElements<D> {
         parts.points.locate(&parts.grid)?;
         let (grid, points) = (&parts.grid, &parts.points);
         let mut active = ActiveSet::new(grid);
-        active.rebuild(points.cell.iter().copied(), |cell, visit| Linear.visit_stencil(grid, cell, visit));
+        active.update(&points.cell, |cells, touched| Linear.touch_nodes(grid, cells, touched));
         let mut sums = NodeFields::new(grid);
-        Linear.particles_to_nodes(grid, points, &mut sums);
+        Linear.particles_to_nodes(grid, &active, points, &mut sums);
         parts.boundary.hold(&active, &mut sums);
         let unknowns = Unknowns::new(grid, &active, &sums, parts.fluid.is_some());
         let continuity = Continuity::new(&parts, &active);
@@ -325,7 +325,7 @@ impl<const D: usize> FiniteElements<D> {
         self.sums.velocity.clone_from(field);
         let count = self.parts.points.len();
         let mut at_points = vec![Gathered::default(); count];
-        Linear.nodes_to_particles(&self.parts.grid, &self.sums, &self.parts.points, 0..count, &mut at_points);
+        Linear.nodes_to_particles(&self.parts.grid, &self.sums, self.parts.points.places(), &mut at_points);
         at_points
     }
 
@@ -358,7 +358,7 @@ impl<const D: usize> FiniteElements<D> {
         let Parts { grid, points, boundary, gravity, .. } = &mut self.parts;
         std::mem::swap(&mut points.stress, &mut self.trial_stress);
         self.sums.clear(&self.active);
-        Linear.particles_to_nodes(grid, points, &mut self.sums);
+        Linear.particles_to_nodes(grid, &self.active, points, &mut self.sums);
         std::mem::swap(&mut points.stress, &mut self.trial_stress);
         let mut largest: f64 = 0.0;
         let mut note = |force: &Vector<D>| largest = largest.max(force.amax());
@@ -369,7 +369,7 @@ impl<const D: usize> FiniteElements<D> {
             [&self.sums.force[node], &inertia, &weight].into_iter().for_each(&mut note);
             self.sums.force[node] += weight - inertia;
         }
-        boundary.add_loads(grid, &Linear, points, time, &mut self.sums);
+        boundary.add_loads(grid, &self.active, &Linear, points, time, &mut self.sums);
         self.continuity.push_nodes(&self.cells, |node, force| {
             note(&force);
             self.sums.force[node] += force;

@@ -404,7 +404,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         })
     }
 
-    /// Equal boxes that fill the body, x fastest.
+    /// Equal boxes that fill the body, cell after cell, in each of them x fastest.
     fn particles(&self) -> Particles<D> {
         let counts: [usize; D] = std::array::from_fn(|axis| {
             let edge = self.grid.spacing()[axis] / self.particles_per_cell[axis] as f64;
@@ -413,13 +413,17 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         let size = Vector::from_fn(|axis, _| (self.to - self.from)[axis] / counts[axis] as f64);
         let wet = if self.fluid.is_some() { 1.0 } else { 0.0 };
         let mut particles = Particles::default();
-        for number in 0..counts.iter().product() {
-            let mut rest: usize = number;
-            let position = Vector::from_fn(|axis, _| {
+        let place = |number: usize| {
+            let mut rest = number;
+            Vector::from_fn(|axis, _| {
                 let index = rest % counts[axis];
                 rest /= counts[axis];
                 self.from[axis] + size[axis] * (index as f64 + 0.5)
-            });
+            })
+        };
+        let mut positions: Vec<Vector<D>> = (0..counts.iter().product()).map(place).collect();
+        positions.sort_by_cached_key(|position| self.grid.cell_at(&(self.moved)(*position)));
+        for position in positions {
             particles.push(Particle {
                 position: (self.moved)(position),
                 half_size: size * 0.5,

@@ -259,6 +259,7 @@ impl<const D: usize> Boundary<D> {
     pub fn add_loads(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         transfer: &dyn Transfer<D>,
         particles: &Particles<D>,
         time: f64,
@@ -278,10 +279,10 @@ impl<const D: usize> Boundary<D> {
         }
         for load in &self.fluid_loads {
             let pressure = load.pressure * load.history.factor(time);
-            transfer.spread_pressure(grid, particles, load.particles.clone(), pressure, nodes);
+            transfer.spread_pressure(grid, active, particles, load.particles.clone(), pressure, nodes);
         }
         for FollowingForce { force, starts } in &self.body_forces {
-            transfer.spread_body_force(grid, particles, &|p| force.force(&starts[p], time), nodes);
+            transfer.spread_body_force(grid, active, particles, &|p| force.force(&starts[p], time), nodes);
         }
     }
 

@@ -2,6 +2,10 @@
 //!
 //! Nodes and cells are numbered with x fastest. The grid never moves; the body does.
 
+mod active;
+
+pub use active::ActiveSet;
+
 use crate::tensor::Vector;
 
 /// A uniform grid with a spacing per axis.
@@ -163,7 +167,11 @@ impl<const D: usize> Grid<D> {
     /// A point in spacings from the origin (–).
     #[inline(always)]
     pub fn in_spacings(&self, point: &Vector<D>) -> Vector<D> {
-        (point - self.origin).component_mul(&self.inverse_spacing)
+        let mut place = Vector::zeros();
+        for axis in 0..D {
+            place[axis] = (point[axis] - self.origin[axis]) * self.inverse_spacing[axis];
+        }
+        place
     }
 
     /// The numbers along the axes of the cell that holds a point inside the grid, given in spacings from the origin.
@@ -171,7 +179,12 @@ impl<const D: usize> Grid<D> {
     /// A point on the upper end of the grid belongs to the last cell.
     #[inline(always)]
     pub fn index_of(&self, in_spacings: &Vector<D>) -> [usize; D] {
-        std::array::from_fn(|axis| (in_spacings[axis] as usize).min(self.cells[axis] - 1))
+        let mut index = [0; D];
+        for axis in 0..D {
+            // Fewer than 2³⁰ cells: 32 bits are enough, and faster.
+            index[axis] = (in_spacings[axis] as u32 as usize).min(self.cells[axis] - 1);
+        }
+        index
     }
 
     /// The cell that holds a point (m); `None` outside the grid or when a coordinate is not a number.
@@ -179,11 +192,19 @@ impl<const D: usize> Grid<D> {
     pub fn cell_at(&self, point: &Vector<D>) -> Option<usize> {
         let place = self.in_spacings(point);
         // NaN fails the comparison.
-        if !(0..D).all(|axis| place[axis] >= 0.0 && place[axis] <= self.cells[axis] as f64) {
+        let mut inside = true;
+        for axis in 0..D {
+            inside &= place[axis] >= 0.0 && place[axis] <= f64::from(self.cells[axis] as u32);
+        }
+        if !inside {
             return None;
         }
         let index = self.index_of(&place);
-        Some((0..D).rev().fold(0, |cell, axis| cell * self.cells[axis] + index[axis]))
+        let mut cell = 0;
+        for axis in (0..D).rev() {
+            cell = cell * self.cells[axis] + index[axis];
+        }
+        Some(cell)
     }
 
     /// The numbers of a cell along the axes.
@@ -361,95 +382,6 @@ impl CellFields {
     }
 }
 
-/// The cells that hold particles and the nodes they touch, in ascending order.
-///
-/// An active cell also has a *slot*, its place among the active cells, for dense work arrays.
-#[derive(Debug, Clone)]
-pub struct ActiveSet {
-    cells: Vec<u32>,
-    nodes: Vec<u32>,
-    slot_of_cell: Vec<u32>,
-    node_is_active: Vec<bool>,
-    generation: u64,
-}
-
-const NO_SLOT: u32 = u32::MAX;
-
-impl ActiveSet {
-    /// An empty set for a grid. All memory it will ever need is set aside here.
-    pub fn new<const D: usize>(grid: &Grid<D>) -> Self {
-        ActiveSet {
-            cells: Vec::with_capacity(grid.num_cells()),
-            nodes: Vec::with_capacity(grid.num_nodes()),
-            slot_of_cell: vec![NO_SLOT; grid.num_cells()],
-            node_is_active: vec![false; grid.num_nodes()],
-            generation: 0,
-        }
-    }
-
-    /// Makes the set of the given cells (repeats allowed) and of the nodes that `stencil` lists for each.
-    pub fn rebuild(
-        &mut self,
-        occupied: impl Iterator<Item = u32>,
-        mut stencil: impl FnMut(usize, &mut dyn FnMut(usize)),
-    ) {
-        for &cell in &self.cells {
-            self.slot_of_cell[cell as usize] = NO_SLOT;
-        }
-        for &node in &self.nodes {
-            self.node_is_active[node as usize] = false;
-        }
-        self.cells.clear();
-        self.nodes.clear();
-        for cell in occupied {
-            if self.slot_of_cell[cell as usize] == NO_SLOT {
-                self.slot_of_cell[cell as usize] = 0;
-                self.cells.push(cell);
-            }
-        }
-        self.cells.sort_unstable();
-        for (slot, &cell) in self.cells.iter().enumerate() {
-            self.slot_of_cell[cell as usize] = slot as u32;
-            stencil(cell as usize, &mut |node| {
-                if !self.node_is_active[node] {
-                    self.node_is_active[node] = true;
-                    self.nodes.push(node as u32);
-                }
-            });
-        }
-        self.nodes.sort_unstable();
-        self.generation += 1;
-    }
-
-    /// The active cells.
-    pub fn cells(&self) -> &[u32] {
-        &self.cells
-    }
-
-    /// The nodes of the active cells.
-    pub fn nodes(&self) -> &[u32] {
-        &self.nodes
-    }
-
-    /// True when the node touches an active cell.
-    #[inline]
-    pub fn has_node(&self, node: usize) -> bool {
-        self.node_is_active[node]
-    }
-
-    /// The place of a cell among the active ones.
-    #[inline]
-    pub fn slot(&self, cell: usize) -> Option<usize> {
-        let slot = self.slot_of_cell[cell];
-        (slot != NO_SLOT).then_some(slot as usize)
-    }
-
-    /// Counts the rebuilds: work arrays made for one generation hold until the next.
-    pub fn generation(&self) -> u64 {
-        self.generation
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -494,21 +426,5 @@ mod tests {
         assert!(matches!(Grid::new(origin, Vector::<1>::new(f64::NAN), [1]), Err(GridError::Spacing { .. })));
         assert!(matches!(Grid::new(origin, Vector::<1>::new(1.0), [0]), Err(GridError::Cells { .. })));
         assert!(matches!(Grid::new(origin, Vector::<1>::new(1.0), [usize::MAX]), Err(GridError::Cells { .. })));
-    }
-
-    #[test]
-    fn a_rebuilt_active_set_forgets_the_old_one() {
-        let grid = grid();
-        let mut active = ActiveSet::new(&grid);
-        let corners = |cell: usize, visit: &mut dyn FnMut(usize)| {
-            let [i, j] = grid.cell_index(cell);
-            [0, 1, 5, 6].iter().for_each(|offset| visit(i + 5 * j + offset));
-        };
-        active.rebuild([5, 1, 5].into_iter(), corners);
-        assert_eq!((active.cells(), active.nodes().len()), (&[1, 5][..], 6));
-        assert_eq!((active.slot(5), active.slot(4)), (Some(1), None));
-        active.rebuild([4].into_iter(), corners);
-        assert_eq!((active.cells(), active.nodes()), (&[4][..], &[5, 6, 10, 11][..]));
-        assert_eq!(active.slot(5), None);
     }
 }

@@ -7,6 +7,7 @@
 //! To write one, implement [`ConstitutiveLaw`]: two methods are required. `examples/my-law` is a complete one.
 
 mod bingham;
+mod block;
 mod conductivity;
 mod drucker_prager;
 mod frictional;
@@ -32,6 +33,8 @@ pub mod substepping;
 mod von_mises;
 
 pub use bingham::{Bingham, BinghamState};
+pub use block::IncrementBlock;
+pub(crate) use block::{BLOCK, LANES};
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
 pub use drucker_prager::{Cone, DruckerPrager};
 pub use frictional::FrictionalState;

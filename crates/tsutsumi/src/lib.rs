@@ -15,6 +15,8 @@
 //! | module | what is in it |
 //! |---|---|
 //! | [`tensor`] | vectors and matrices of space, the symmetric 3-D tensor |
+//! | `parallel` | loops on all threads with one order of sums |
+//! | `lanes` | vectors of four numbers |
 //! | [`grid`] | the background grid, its node and cell fields, the active part |
 //! | [`shape`] | shape functions |
 //! | [`particles`] | the material points |
@@ -31,6 +33,7 @@ pub mod boundary;
 pub mod damping;
 pub mod element;
 pub mod grid;
+mod lanes;
 pub mod law;
 
 mod parallel;

@@ -58,25 +58,38 @@ impl<A: Pieces, B: Pieces> Pieces for (A, B) {
     }
 }
 
-impl<A: Pieces, B: Pieces, C: Pieces> Pieces for (A, B, C) {
+/// Values of equal rows, one after the other; an element is a row.
+pub(crate) struct Rows<'a, T> {
+    values: &'a mut [T],
+    len: usize,
+}
+
+impl<'a, T> Rows<'a, T> {
+    /// Rows of `len` values, at least one.
+    pub(crate) fn new(values: &'a mut [T], len: usize) -> Self {
+        Rows { values, len }
+    }
+
+    /// The rows.
+    pub(crate) fn iter_mut(self) -> std::slice::ChunksExactMut<'a, T> {
+        self.values.chunks_exact_mut(self.len)
+    }
+}
+
+impl<T: Send> Pieces for Rows<'_, T> {
     fn count(&self) -> usize {
-        self.0.count()
+        self.values.len() / self.len
     }
 
     fn cut(self, at: usize) -> (Self, Self) {
-        let (a, b, c) = (self.0.cut(at), self.1.cut(at), self.2.cut(at));
-        ((a.0, b.0, c.0), (a.1, b.1, c.1))
+        let (before, after) = self.values.split_at_mut(at * self.len);
+        (Rows { values: before, len: self.len }, Rows { values: after, len: self.len })
     }
 }
 
 /// Calls `work` with pieces of `grain` elements, the last one shorter.
 pub(crate) fn for_each<P: Pieces>(pieces: P, grain: usize, work: &(impl Fn(P) + Sync)) {
     fold(pieces, grain, work, &|(), ()| ());
-}
-
-/// Sums what `work` says of pieces of `grain` elements.
-pub(crate) fn sum<P: Pieces>(pieces: P, grain: usize, work: &(impl Fn(P) -> f64 + Sync)) -> f64 {
-    fold(pieces, grain, work, &|a, b| a + b)
 }
 
 /// Joins what `work` says of pieces of `grain` elements, two neighbours at a time.
@@ -95,6 +108,14 @@ pub(crate) fn fold<P: Pieces, R: Send>(
     join(left, right)
 }
 
+/// Runs `work` with the widest vectors that the processor has, as far as `work` and all that it calls is inlined.
+///
+/// Nothing is rounded differently: products and sums are not fused.
+#[inline(always)]
+pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
+    pulp::Arch::new().dispatch(work)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -104,7 +125,7 @@ mod tests {
         let values: Vec<f64> = (0..1000).map(|i| 1.0 / (1.0 + i as f64)).collect();
         let total = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| sum(&values[..], 7, &|piece: &[f64]| piece.iter().sum()))
+            pool.install(|| fold(&values[..], 7, &|piece: &[f64]| piece.iter().sum::<f64>(), &|a, b| a + b))
         };
         assert_eq!(total(1).to_bits(), total(3).to_bits());
         // The harmonic number of 1000.
@@ -121,6 +142,6 @@ mod tests {
 
     #[test]
     fn nothing_is_one_piece() {
-        assert_eq!(sum(0..0, 8, &|range: Range<usize>| range.len() as f64), 0.0);
+        assert_eq!(fold(0..0, 8, &|range: Range<usize>| range.len(), &|a, b| a + b), 0);
     }
 }

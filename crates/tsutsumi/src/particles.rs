@@ -1,7 +1,13 @@
 //! The material points: a body Ω split into subdomains Ω_p, each carried by a particle.
 
+use std::ops::Range;
+
 use crate::grid::{Grid, SideSet};
+use crate::parallel;
 use crate::tensor::{Sym3, Vector};
+
+/// Particles that one thread locates at a time.
+const GRAIN: usize = 8192;
 
 /// The material points, structure of arrays: every field has one value per particle, in the same order.
 ///
@@ -40,6 +46,29 @@ pub struct Particles<const D: usize> {
     pub drained: Vec<SideSet>,
     /// The cell of the grid that holds the particle.
     pub cell: Vec<u32>,
+}
+
+/// Where some particles are, and their boxes: what a shape function asks.
+#[derive(Debug, Clone, Copy)]
+pub struct Places<'a, const D: usize> {
+    /// Positions X_p (m).
+    pub position: &'a [Vector<D>],
+    /// Half the edge lengths of the boxes (m).
+    pub half_size: &'a [Vector<D>],
+    /// The same at the start (m).
+    pub half_size_at_start: &'a [Vector<D>],
+}
+
+impl<const D: usize> Places<'_, D> {
+    /// Those of a range of these particles.
+    #[must_use]
+    pub fn part(self, range: Range<usize>) -> Self {
+        Places {
+            position: &self.position[range.clone()],
+            half_size: &self.half_size[range.clone()],
+            half_size_at_start: &self.half_size_at_start[range],
+        }
+    }
 }
 
 /// One material point, to be added to [`Particles`].
@@ -88,6 +117,12 @@ impl<const D: usize> Particles<D> {
         self.position.is_empty()
     }
 
+    /// Where the particles are, and their boxes.
+    pub fn places(&self) -> Places<'_, D> {
+        let Particles { position, half_size, half_size_at_start, .. } = self;
+        Places { position, half_size, half_size_at_start }
+    }
+
     /// Adds a particle.
     pub fn push(&mut self, particle: Particle<D>) {
         let volume = (particle.half_size * 2.0).product();
@@ -116,17 +151,29 @@ impl<const D: usize> Particles<D> {
     /// # Errors
     /// The first particle outside the grid.
     pub fn locate(&mut self, grid: &Grid<D>) -> Result<bool, OutsideGrid> {
-        let mut moved = false;
-        for (p, position) in self.position.iter().enumerate() {
-            let Some(cell) = grid.cell_at(position) else {
-                let list = |v: Vector<D>| v.iter().copied().collect();
-                let (from, to) = (list(grid.origin()), list(grid.end()));
-                return Err(OutsideGrid { particle: p, position: list(*position), from, to });
-            };
-            moved |= self.cell[p] != cell as u32;
-            self.cell[p] = cell as u32;
+        let pieces = ((&self.position[..], &mut self.cell[..]), 0..self.position.len());
+        let locate = |((positions, cells), range): ((&[Vector<D>], &mut [u32]), Range<usize>)| {
+            let mut moved = false;
+            for ((position, cell), p) in positions.iter().zip(cells).zip(range) {
+                let Some(new) = grid.cell_at(position) else { return (moved, Some(p)) };
+                moved |= *cell != new as u32;
+                *cell = new as u32;
+            }
+            (moved, None)
+        };
+        let (moved, outside) = parallel::fold(pieces, GRAIN, &locate, &|before: (bool, Option<usize>), after| {
+            (before.0 || after.0, before.1.or(after.1))
+        });
+        let list = |v: Vector<D>| v.iter().copied().collect();
+        match outside {
+            Some(particle) => Err(OutsideGrid {
+                particle,
+                position: list(self.position[particle]),
+                from: list(grid.origin()),
+                to: list(grid.end()),
+            }),
+            None => Ok(moved),
         }
-        Ok(moved)
     }
 
     /// Momentum Σ M_p V_p (kg m/s).

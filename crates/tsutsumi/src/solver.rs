@@ -173,7 +173,7 @@ impl<const D: usize> Solver<D> {
 
         // 4. Gravity and loads on the nodes: the right side of Eq. (5).
         nodes.add_gravity(active, gravity);
-        boundary.add_loads(grid, &**shape, particles, at.time, nodes);
+        boundary.add_loads(grid, active, &**shape, particles, at.time, nodes);
 
         // 5. Pressures of the cells from the particles.
         pressure.particles_to_cells(&at, particles, cells);
@@ -210,8 +210,7 @@ impl<const D: usize> Solver<D> {
         let moved =
             particles.locate(grid).map_err(|outside| StepError::Outside { time: self.clock.time(), outside })?;
         if moved {
-            let occupied = particles.cell.iter().copied();
-            self.active.rebuild(occupied, |cell, visit| shape.visit_stencil(grid, cell, visit));
+            self.active.update(&particles.cell, |cells, touched| shape.touch_nodes(grid, cells, touched));
         }
         Ok(())
     }

@@ -43,6 +43,7 @@ impl Sym3 {
     pub const IDENTITY: Sym3 = Sym3::diagonal(1.0, 1.0, 1.0);
 
     /// A tensor with these diagonal components and no shear.
+    #[inline]
     pub const fn diagonal(xx: f64, yy: f64, zz: f64) -> Self {
         Sym3 { xx, yy, zz, xy: 0.0, yz: 0.0, zx: 0.0 }
     }
@@ -61,11 +62,13 @@ impl Sym3 {
     }
 
     /// The tensor as a full matrix.
+    #[inline]
     pub fn to_matrix(self) -> Matrix3 {
         Matrix3::new(self.xx, self.xy, self.zx, self.xy, self.yy, self.yz, self.zx, self.yz, self.zz)
     }
 
     /// The trace: three times the mean stress, or the volumetric strain.
+    #[inline]
     pub fn trace(self) -> f64 {
         self.xx + self.yy + self.zz
     }
@@ -77,12 +80,14 @@ impl Sym3 {
     }
 
     /// The deviator s = σ − ⅓ tr σ I.
+    #[inline]
     pub fn deviator(self) -> Self {
         let mean = self.trace() / 3.0;
         Sym3 { xx: self.xx - mean, yy: self.yy - mean, zz: self.zz - mean, ..self }
     }
 
     /// The double contraction a : b.
+    #[inline]
     pub fn double_dot(self, other: Self) -> f64 {
         self.xx * other.xx
             + self.yy * other.yy
@@ -97,12 +102,14 @@ impl Sym3 {
     }
 
     /// The deviatoric stress q = √(3/2 s : s) of a stress (Pa): in triaxial tests the size of the difference of the principal stresses.
+    #[inline]
     pub fn deviatoric_stress(self) -> f64 {
         let deviator = self.deviator();
         (1.5 * deviator.double_dot(deviator)).sqrt()
     }
 
     /// The deviatoric strain ε_q = √(2/3 e : e) of a strain (–): in triaxial tests ⅔ |ε_zz − ε_xx|.
+    #[inline]
     pub fn deviatoric_strain(self) -> f64 {
         let deviator = self.deviator();
         (2.0 / 3.0 * deviator.double_dot(deviator)).sqrt()
@@ -163,13 +170,28 @@ impl Sym3 {
         })
     }
 
+    /// The components in space, times a factor.
+    #[inline(always)]
+    pub(crate) fn block<const D: usize>(self, factor: f64) -> [[f64; D]; D] {
+        let rows = [[self.xx, self.xy, self.zx], [self.xy, self.yy, self.yz], [self.zx, self.yz, self.zz]];
+        let mut block = [[0.0; D]; D];
+        for i in 0..D {
+            for j in 0..D {
+                block[i][j] = rows[i][j] * factor;
+            }
+        }
+        block
+    }
+
     /// Components xx, yy, zz, √2 xy, √2 yz, √2 zx, in which a : b is a plain scalar product.
+    #[inline]
     pub fn to_kelvin(self) -> nalgebra::Vector6<f64> {
         let root = std::f64::consts::SQRT_2;
         nalgebra::Vector6::new(self.xx, self.yy, self.zz, root * self.xy, root * self.yz, root * self.zx)
     }
 
     /// The inverse of [`Sym3::to_kelvin`].
+    #[inline]
     pub fn from_kelvin(kelvin: &nalgebra::Vector6<f64>) -> Self {
         let root = std::f64::consts::FRAC_1_SQRT_2;
         Sym3 {
@@ -183,6 +205,7 @@ impl Sym3 {
     }
 
     /// True when every component is a number, neither infinite nor NaN.
+    #[inline]
     pub fn is_finite(self) -> bool {
         // One infinite or NaN component makes this sum infinite or NaN.
         (self.xx.abs() + self.yy.abs() + self.zz.abs() + self.xy.abs() + self.yz.abs() + self.zx.abs()).is_finite()
@@ -199,6 +222,7 @@ impl fmt::Display for Sym3 {
 
 impl Add for Sym3 {
     type Output = Sym3;
+    #[inline]
     fn add(self, other: Sym3) -> Sym3 {
         Sym3 {
             xx: self.xx + other.xx,
@@ -212,6 +236,7 @@ impl Add for Sym3 {
 }
 
 impl AddAssign for Sym3 {
+    #[inline]
     fn add_assign(&mut self, other: Sym3) {
         *self = *self + other;
     }
@@ -219,6 +244,7 @@ impl AddAssign for Sym3 {
 
 impl Neg for Sym3 {
     type Output = Sym3;
+    #[inline]
     fn neg(self) -> Sym3 {
         self * -1.0
     }
@@ -226,6 +252,7 @@ impl Neg for Sym3 {
 
 impl Sub for Sym3 {
     type Output = Sym3;
+    #[inline]
     fn sub(self, other: Sym3) -> Sym3 {
         self + -other
     }
@@ -233,6 +260,7 @@ impl Sub for Sym3 {
 
 impl Mul<f64> for Sym3 {
     type Output = Sym3;
+    #[inline]
     fn mul(self, factor: f64) -> Sym3 {
         Sym3 {
             xx: self.xx * factor,
@@ -248,7 +276,13 @@ impl Mul<f64> for Sym3 {
 /// A matrix of space inside a 3 × 3 matrix, zeros elsewhere.
 #[inline(always)]
 pub fn embed<const D: usize>(matrix: &Matrix<D>) -> Matrix3 {
-    Matrix3::from_fn(|i, j| if i < D && j < D { matrix[(i, j)] } else { 0.0 })
+    let mut inside = Matrix3::zeros();
+    for i in 0..D {
+        for j in 0..D {
+            inside[(i, j)] = matrix[(i, j)];
+        }
+    }
+    inside
 }
 
 /// The volume ratio of the map x → x + u(x) with displacement gradient ∇u: det(I + ∇u).
@@ -286,6 +320,14 @@ pub fn rotation(axial: &Vector<3>) -> Matrix3 {
     Matrix3::identity() + (cross + cross * cross) * factor
 }
 
+/// The cosine and the sine of [`rotation`] about the axis z by `angle` (rad): bit by bit its components.
+#[inline(always)]
+pub(crate) fn rotation_about_z(angle: f64) -> (f64, f64) {
+    let h = angle * (0.5 + angle * angle / 24.0);
+    let factor = 2.0 / (1.0 + h * h);
+    (1.0 - h * h * factor, h * factor)
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -305,6 +347,7 @@ mod tests {
     #[test]
     fn a_rotation_about_z_is_the_same_in_every_bit() {
         let turn = rotation(&Vector::<3>::new(0.0, 0.0, 0.3));
+        assert_eq!(rotation_about_z(0.3), (turn[(0, 0)], turn[(1, 0)]));
         assert_eq!(sample().rotated_about_z(turn[(0, 0)], turn[(1, 0)]), sample().rotated(&turn));
     }
 

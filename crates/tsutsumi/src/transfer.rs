@@ -3,15 +3,24 @@
 //! [`Transfer`] is implemented for every [`ShapeFunction`]; its loops are compiled for the concrete shape function, so
 //! that choosing one at run time costs a call per pass. Sums run in the order of the particles.
 
+mod bands;
+mod cell_sums;
+mod gather;
+mod stencil;
+
 use std::ops::Range;
 
 use crate::grid::{ActiveSet, Grid, NodeFields};
-use crate::particles::Particles;
-use crate::shape::{CellOnAxis, ShapeFunction, Weights};
+use crate::lanes;
+use crate::law::BLOCK;
+use crate::parallel;
+use crate::particles::{Particles, Places};
+use crate::shape::{CellOnAxis, ShapeFunction};
 use crate::tensor::{Matrix, Vector};
-
-/// Particles handled by one virtual call: few enough for the cache, many enough to hide the call.
-pub(crate) const BLOCK: usize = 64;
+use bands::{Bands, NodeSums};
+use cell_sums::BandSums;
+use gather::{GatherBlock, gather_plainly};
+use stencil::{Stencil, mean_weights};
 
 /// What a particle finds on the grid at its position.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -27,6 +36,54 @@ pub struct Gathered<const D: usize> {
 impl<const D: usize> Default for Gathered<D> {
     fn default() -> Self {
         Gathered { velocity: Vector::zeros(), acceleration: Vector::zeros(), velocity_gradient: Matrix::zeros() }
+    }
+}
+
+/// [`Gathered`] of the particles of a block, component by component.
+#[derive(Debug, Clone)]
+pub struct GatheredBlock<const D: usize> {
+    pub(crate) velocity: [[f64; BLOCK]; D],
+    pub(crate) acceleration: [[f64; BLOCK]; D],
+    /// Component i, axis j.
+    pub(crate) velocity_gradient: [[[f64; BLOCK]; D]; D],
+}
+
+impl<const D: usize> GatheredBlock<D> {
+    /// A block of zeros.
+    pub fn new() -> Self {
+        let zeros = [0.0; BLOCK];
+        GatheredBlock { velocity: [zeros; D], acceleration: [zeros; D], velocity_gradient: [[zeros; D]; D] }
+    }
+
+    /// Takes the velocity gradients of these particles.
+    pub(crate) fn set_gradients(&mut self, at_particles: &[Gathered<D>]) {
+        for (p, at) in at_particles.iter().enumerate() {
+            for i in 0..D {
+                for j in 0..D {
+                    self.velocity_gradient[i][j][p] = at.velocity_gradient[(i, j)];
+                }
+            }
+        }
+    }
+
+    /// What particle number `p` of the block has found.
+    #[inline(always)]
+    pub fn at(&self, p: usize) -> Gathered<D> {
+        let mut at = Gathered::default();
+        for i in 0..D {
+            at.velocity[i] = self.velocity[i][p];
+            at.acceleration[i] = self.acceleration[i][p];
+            for j in 0..D {
+                at.velocity_gradient[(i, j)] = self.velocity_gradient[i][j][p];
+            }
+        }
+        at
+    }
+}
+
+impl<const D: usize> Default for GatheredBlock<D> {
+    fn default() -> Self {
+        GatheredBlock::new()
     }
 }
 
@@ -53,6 +110,9 @@ pub trait Transfer<const D: usize>: Send + Sync {
     /// Calls `visit` with each node of a cell's stencil, in the order of the local node numbers.
     fn visit_stencil(&self, grid: &Grid<D>, cell: usize, visit: &mut dyn FnMut(usize));
 
+    /// Marks the nodes of the stencils of cells in a list of one mark per node of the grid.
+    fn touch_nodes(&self, grid: &Grid<D>, cells: &[u32], touched: &mut [bool]);
+
     /// Calls `visit(node, N_I(X_p), ∇N_I(X_p))` with each node of a particle's stencil; gradients in 1/m.
     fn visit_weights(
         &self,
@@ -74,54 +134,49 @@ pub trait Transfer<const D: usize>: Send + Sync {
     /// The fields must be cleared before; `velocity_old` holds the momentum afterwards.
     #[doc(alias = "Eq. (5)")]
     #[doc(alias = "Eq. (10)")]
-    fn particles_to_nodes(&self, grid: &Grid<D>, particles: &Particles<D>, nodes: &mut NodeFields<D>);
+    fn particles_to_nodes(
+        &self,
+        grid: &Grid<D>,
+        active: &ActiveSet,
+        particles: &Particles<D>,
+        nodes: &mut NodeFields<D>,
+    );
 
-    /// What the particles `block` find on the grid at their positions.
+    /// What the particles in these places find on the grid.
     fn nodes_to_particles(
         &self,
         grid: &Grid<D>,
         nodes: &NodeFields<D>,
-        particles: &Particles<D>,
-        block: Range<usize>,
+        places: Places<D>,
         at_particles: &mut [Gathered<D>],
     );
 
-    /// The gradients of a velocity field of the nodes (m/s) at the particles `block`; velocity and acceleration are left as they are.
+    /// The same for at most as many particles as a block holds, several at a time: bit by bit the same numbers.
+    fn gather_block(&self, grid: &Grid<D>, nodes: &NodeFields<D>, places: Places<D>, block: &mut GatheredBlock<D>);
+
+    /// The gradients of a velocity field of the nodes (m/s) in these places; velocity and acceleration are left as they are.
     fn velocity_gradients(
         &self,
         grid: &Grid<D>,
         at_nodes: &[Vector<D>],
-        particles: &Particles<D>,
-        block: Range<usize>,
+        places: Places<D>,
         at_particles: &mut [Gathered<D>],
     );
 
-    /// A field of the nodes at the positions of all particles, Σ_I N_I(X_p) f_I, in the unit of the field.
-    fn interpolate(
-        &self,
-        grid: &Grid<D>,
-        particles: &Particles<D>,
-        at_nodes: &[Vector<D>],
-        at_particles: &mut [Vector<D>],
-    );
+    /// A field of the nodes in these places, Σ_I N_I(X_p) f_I, in the unit of the field.
+    fn interpolate(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], at_particles: &mut [Vector<D>]);
 
     /// Adds the momenta of the particles, Σ_p M_p V_p N_I(X_p) of Eq. (10), to those of the nodes (kg m/s).
-    fn spread_momentum(&self, grid: &Grid<D>, particles: &Particles<D>, momentum: &mut [Vector<D>]);
+    fn spread_momentum(&self, grid: &Grid<D>, active: &ActiveSet, particles: &Particles<D>, momentum: &mut [Vector<D>]);
 
-    /// The first moments of a velocity (m/s) of the nodes around all particles (m²/s).
+    /// The first moments of a velocity (m/s) of the nodes around these places (m²/s).
     ///
     /// # Equation
     ///
     /// ```text
     /// B_p = Σ_I N_I(X_p) v_I ⊗ (x_I − X_p)
     /// ```
-    fn velocity_moments(
-        &self,
-        grid: &Grid<D>,
-        particles: &Particles<D>,
-        at_nodes: &[Vector<D>],
-        moments: &mut [Matrix<D>],
-    );
+    fn velocity_moments(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], moments: &mut [Matrix<D>]);
 
     /// Adds the momenta of motions with these moments (m²/s) around the particles to those of the nodes (kg m/s).
     ///
@@ -136,6 +191,7 @@ pub trait Transfer<const D: usize>: Send + Sync {
     fn spread_moments(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         particles: &Particles<D>,
         moments: &[Matrix<D>],
         momentum: &mut [Vector<D>],
@@ -152,6 +208,7 @@ pub trait Transfer<const D: usize>: Send + Sync {
     fn spread_gradients(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         particles: &Particles<D>,
         gradients: &[Matrix<D>],
         momentum: &mut [Vector<D>],
@@ -175,8 +232,8 @@ pub trait Transfer<const D: usize>: Send + Sync {
     fn divergence_of_particles(
         &self,
         grid: &Grid<D>,
-        particles: &Particles<D>,
         active: &ActiveSet,
+        particles: &Particles<D>,
         divergence: &mut [Vector<D>],
     );
 
@@ -205,8 +262,9 @@ pub trait Transfer<const D: usize>: Send + Sync {
     fn spread_body_force(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         particles: &Particles<D>,
-        of_particle: &dyn Fn(usize) -> Vector<D>,
+        of_particle: &(dyn Fn(usize) -> Vector<D> + Sync),
         nodes: &mut NodeFields<D>,
     );
 
@@ -224,6 +282,7 @@ pub trait Transfer<const D: usize>: Send + Sync {
     fn spread_pressure(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         particles: &Particles<D>,
         of: Range<usize>,
         pressure: f64,
@@ -231,84 +290,30 @@ pub trait Transfer<const D: usize>: Send + Sync {
     );
 }
 
-/// A point's weights in its cell's stencil.
-struct Stencil<const D: usize> {
-    first_node: usize,
-    strides: [usize; D],
-    weights: [Weights; D],
-    inverse_spacing: Vector<D>,
-}
+/// Particles that one thread takes at a time.
+pub(crate) const GRAIN: usize = 32 * BLOCK;
 
-impl<const D: usize> Stencil<D> {
-    /// The stencil of a point of the cell with these numbers; the point and half size in spacings.
-    #[inline(always)]
-    fn new<S: ShapeFunction>(
-        shape: &S,
-        grid: &Grid<D>,
-        index: [usize; D],
-        place: Vector<D>,
-        half_size: Vector<D>,
-    ) -> Self {
-        let strides = grid.node_strides();
-        let on_axis = |axis: usize| CellOnAxis { cell: index[axis], num_cells: grid.cells()[axis] };
-        let first_node = (0..D).map(|axis| shape.first_node(on_axis(axis)) * strides[axis]).sum();
-        let weights = std::array::from_fn(|axis| shape.weights(on_axis(axis), place[axis], half_size[axis]));
-        Stencil { first_node, strides, weights, inverse_spacing: grid.inverse_spacing() }
-    }
-
-    /// The stencil of a particle that is inside the grid.
-    #[inline(always)]
-    fn of_particle<S: ShapeFunction>(shape: &S, grid: &Grid<D>, particles: &Particles<D>, p: usize) -> Self {
-        let place = grid.in_spacings(&particles.position[p]);
-        let half_size = if S::BOX_STRETCHES { particles.half_size[p] } else { particles.half_size_at_start[p] };
-        let half_size = half_size.component_mul(&grid.inverse_spacing());
-        Stencil::new(shape, grid, grid.index_of(&place), place, half_size)
-    }
-
-    /// The stencil of a point (m) of a cell.
-    #[inline(always)]
-    fn of_point<S: ShapeFunction>(shape: &S, grid: &Grid<D>, cell: usize, point: &Vector<D>) -> Self {
-        Stencil::new(shape, grid, grid.cell_index(cell), grid.in_spacings(point), Vector::zeros())
-    }
-
-    /// Calls `visit(local, node, N, ∇N)` for each node of the stencil.
-    #[inline(always)]
-    fn visit<S: ShapeFunction>(&self, mut visit: impl FnMut(usize, usize, f64, Vector<D>)) {
-        for local in 0..S::WIDTH.pow(D as u32) {
-            let mut rest = local;
-            let mut node = self.first_node;
-            let mut value = 1.0;
-            let mut gradient = self.inverse_spacing;
-            for axis in 0..D {
-                let k = rest % S::WIDTH;
-                rest /= S::WIDTH;
-                node += k * self.strides[axis];
-                let weights = &self.weights[axis];
-                value *= weights.value[k];
-                for other in 0..D {
-                    gradient[other] *= if other == axis { weights.gradient[k] } else { weights.value[k] };
-                }
+/// Calls `add(nodes, node - nodes.first, particle, N, ∇N)` for all particles and the nodes of their stencils, band by band.
+fn scatter<S: ShapeFunction, const D: usize>(
+    shape: &S,
+    grid: &Grid<D>,
+    active: &ActiveSet,
+    places: Places<D>,
+    nodes: NodeSums<D>,
+    add: impl Fn(&mut NodeSums<D>, usize, usize, f64, Vector<D>) + Sync,
+) {
+    Bands::new(shape, grid, active).sum(nodes, &|slots: Range<usize>, mut nodes: NodeSums<D>| {
+        for slot in slots {
+            for &p in active.particles_of(slot) {
+                let p = p as usize;
+                let stencil = Stencil::of_particle(shape, grid, places, p);
+                stencil.visit::<S>(|_, node, value, gradient| {
+                    let node = node - nodes.first;
+                    add(&mut nodes, node, p, value, Vector::from(gradient));
+                });
             }
-            visit(local, node, value, gradient);
         }
-    }
-}
-
-/// The weights of points, averaged over a cell.
-///
-/// Two Gauss points in each half of the cell: exact for functions that are cubic there. Quadratic splines have their knots half
-/// way between the nodes; two points in the whole cell would be 15 % off in the outer nodes.
-fn mean_weights<S: ShapeFunction>(shape: &S, at: CellOnAxis) -> Weights {
-    let offset = 0.25 / 3.0_f64.sqrt();
-    let mut mean = Weights::default();
-    for xi in [0.25 - offset, 0.25 + offset, 0.75 - offset, 0.75 + offset] {
-        let weights = shape.weights(at, at.cell as f64 + xi, 0.0);
-        for k in 0..S::WIDTH {
-            mean.value[k] += 0.25 * weights.value[k];
-            mean.gradient[k] += 0.25 * weights.gradient[k];
-        }
-    }
-    mean
+    });
 }
 
 impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
@@ -329,6 +334,13 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         Stencil::of_point(self, grid, cell, &center).visit::<S>(|_, node, _, _| visit(node));
     }
 
+    fn touch_nodes(&self, grid: &Grid<D>, cells: &[u32], touched: &mut [bool]) {
+        for &cell in cells {
+            let center = grid.cell_center(cell as usize);
+            Stencil::of_point(self, grid, cell as usize, &center).visit::<S>(|_, node, _, _| touched[node] = true);
+        }
+    }
+
     fn visit_weights(
         &self,
         grid: &Grid<D>,
@@ -336,135 +348,153 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         particle: usize,
         visit: &mut dyn FnMut(usize, f64, Vector<D>),
     ) {
-        let stencil = Stencil::of_particle(self, grid, particles, particle);
-        stencil.visit::<S>(|_, node, value, gradient| visit(node, value, gradient));
+        let stencil = Stencil::of_particle(self, grid, particles.places(), particle);
+        stencil.visit::<S>(|_, node, value, gradient| visit(node, value, Vector::from(gradient)));
     }
 
-    fn particles_to_nodes(&self, grid: &Grid<D>, particles: &Particles<D>, nodes: &mut NodeFields<D>) {
-        for p in 0..particles.len() {
-            let mass = particles.mass[p];
-            let momentum = particles.velocity[p] * mass;
-            let volume = particles.volume[p];
-            let stress = particles.stress[p];
-            Stencil::of_particle(self, grid, particles, p).visit::<S>(|_, node, value, gradient| {
-                nodes.mass[node] += mass * value;
-                nodes.velocity_old[node] += momentum * value;
-                nodes.force[node] -= stress.dot(&gradient) * volume;
-            });
-        }
+    fn particles_to_nodes(
+        &self,
+        grid: &Grid<D>,
+        active: &ActiveSet,
+        particles: &Particles<D>,
+        nodes: &mut NodeFields<D>,
+    ) {
+        let NodeFields { mass, velocity_old: momentum, force, .. } = nodes;
+        let nodes = NodeSums { first: 0, mass, momentum, force };
+        Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
+            lanes::run(BandSums { shape: self, grid, active, particles, slots, nodes });
+        });
     }
 
     fn nodes_to_particles(
         &self,
         grid: &Grid<D>,
         nodes: &NodeFields<D>,
-        particles: &Particles<D>,
-        block: Range<usize>,
+        places: Places<D>,
         at_particles: &mut [Gathered<D>],
     ) {
-        for (p, at) in block.zip(at_particles) {
-            *at = Gathered::default();
-            Stencil::of_particle(self, grid, particles, p).visit::<S>(|_, node, value, gradient| {
-                let velocity = nodes.velocity[node];
-                at.velocity += velocity * value;
-                at.acceleration += nodes.acceleration[node] * value;
-                at.velocity_gradient += velocity * gradient.transpose();
-            });
+        for (p, at) in at_particles.iter_mut().enumerate() {
+            *at = gather_plainly(self, grid, nodes, places, p);
         }
+    }
+
+    fn gather_block(&self, grid: &Grid<D>, nodes: &NodeFields<D>, places: Places<D>, block: &mut GatheredBlock<D>) {
+        lanes::run(GatherBlock { shape: self, grid, nodes, places, block });
     }
 
     fn velocity_gradients(
         &self,
         grid: &Grid<D>,
         at_nodes: &[Vector<D>],
-        particles: &Particles<D>,
-        block: Range<usize>,
+        places: Places<D>,
         at_particles: &mut [Gathered<D>],
     ) {
-        for (p, at) in block.zip(at_particles) {
-            at.velocity_gradient = Matrix::zeros();
-            Stencil::of_particle(self, grid, particles, p).visit::<S>(|_, node, _, gradient| {
-                at.velocity_gradient += at_nodes[node] * gradient.transpose();
-            });
-        }
-    }
-
-    fn interpolate(
-        &self,
-        grid: &Grid<D>,
-        particles: &Particles<D>,
-        at_nodes: &[Vector<D>],
-        at_particles: &mut [Vector<D>],
-    ) {
         for (p, at) in at_particles.iter_mut().enumerate() {
-            *at = Vector::zeros();
-            Stencil::of_particle(self, grid, particles, p)
-                .visit::<S>(|_, node, value, _| *at += at_nodes[node] * value);
+            let mut velocity_gradient = [[0.0; D]; D];
+            Stencil::of_particle(self, grid, places, p).visit::<S>(|_, node, _, gradient| {
+                let of_node = &at_nodes[node];
+                for i in 0..D {
+                    for j in 0..D {
+                        velocity_gradient[j][i] += of_node[i] * gradient[j];
+                    }
+                }
+            });
+            at.velocity_gradient = Matrix::from(velocity_gradient);
         }
     }
 
-    fn spread_momentum(&self, grid: &Grid<D>, particles: &Particles<D>, momentum: &mut [Vector<D>]) {
-        for p in 0..particles.len() {
-            let of_particle = particles.velocity[p] * particles.mass[p];
-            Stencil::of_particle(self, grid, particles, p)
-                .visit::<S>(|_, node, value, _| momentum[node] += of_particle * value);
-        }
+    fn interpolate(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], at_particles: &mut [Vector<D>]) {
+        parallel::for_each((at_particles, 0..places.position.len()), GRAIN, &|(at_particles, range): (
+            &mut [Vector<D>],
+            Range<usize>,
+        )| {
+            for (p, at) in range.zip(at_particles) {
+                *at = Vector::zeros();
+                Stencil::of_particle(self, grid, places, p)
+                    .visit::<S>(|_, node, value, _| *at += at_nodes[node] * value);
+            }
+        });
     }
 
-    fn velocity_moments(
+    fn spread_momentum(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         particles: &Particles<D>,
-        at_nodes: &[Vector<D>],
-        moments: &mut [Matrix<D>],
+        momentum: &mut [Vector<D>],
     ) {
-        for (p, moment) in moments.iter_mut().enumerate() {
-            *moment = Matrix::zeros();
-            Stencil::of_particle(self, grid, particles, p).visit::<S>(|_, node, value, _| {
-                let arm = grid.node_position(node) - particles.position[p];
-                *moment += at_nodes[node] * arm.transpose() * value;
-            });
-        }
+        let nodes = NodeSums::of_momentum(momentum);
+        scatter(self, grid, active, particles.places(), nodes, |nodes, node, p, value, _| {
+            nodes.momentum[node] += particles.velocity[p] * (particles.mass[p] * value);
+        });
+    }
+
+    fn velocity_moments(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], moments: &mut [Matrix<D>]) {
+        parallel::for_each((moments, 0..places.position.len()), GRAIN, &|(moments, range): (
+            &mut [Matrix<D>],
+            Range<usize>,
+        )| {
+            for (p, moment) in range.zip(moments) {
+                *moment = Matrix::zeros();
+                Stencil::of_particle(self, grid, places, p).visit::<S>(|_, node, value, _| {
+                    let arm = grid.node_position(node) - places.position[p];
+                    *moment += at_nodes[node] * arm.transpose() * value;
+                });
+            }
+        });
     }
 
     fn spread_moments(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         particles: &Particles<D>,
         moments: &[Matrix<D>],
         momentum: &mut [Vector<D>],
     ) {
+        if moments.is_empty() {
+            return;
+        }
         // Nearer than this to a grid line (squared spacings) the moment is lost in round-off.
         let least = grid.spacing().component_mul(&grid.spacing()) * 1e-12;
-        for (p, moment) in moments.iter().enumerate() {
-            let stencil = Stencil::of_particle(self, grid, particles, p);
-            let mut spread = Vector::<D>::zeros();
-            stencil.visit::<S>(|_, node, value, _| {
-                let arm = grid.node_position(node) - particles.position[p];
-                spread += arm.component_mul(&arm) * value;
-            });
-            let inverse = Vector::from_fn(|axis, _| if spread[axis] > least[axis] { 1.0 / spread[axis] } else { 0.0 });
-            let moment = moment * particles.mass[p];
-            stencil.visit::<S>(|_, node, value, _| {
-                let arm = grid.node_position(node) - particles.position[p];
-                momentum[node] += moment * arm.component_mul(&inverse) * value;
-            });
-        }
+        let places = particles.places();
+        let nodes = NodeSums::of_momentum(momentum);
+        Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
+            for &p in slots.flat_map(|slot| active.particles_of(slot)) {
+                let p = p as usize;
+                let stencil = Stencil::of_particle(self, grid, places, p);
+                let mut spread = Vector::<D>::zeros();
+                stencil.visit::<S>(|_, node, value, _| {
+                    let arm = grid.node_position(node) - places.position[p];
+                    spread += arm.component_mul(&arm) * value;
+                });
+                let inverse =
+                    Vector::from_fn(|axis, _| if spread[axis] > least[axis] { 1.0 / spread[axis] } else { 0.0 });
+                let moment = moments[p] * particles.mass[p];
+                stencil.visit::<S>(|_, node, value, _| {
+                    let arm = grid.node_position(node) - places.position[p];
+                    nodes.momentum[node - nodes.first] += moment * arm.component_mul(&inverse) * value;
+                });
+            }
+        });
     }
 
     fn spread_gradients(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         particles: &Particles<D>,
         gradients: &[Matrix<D>],
         momentum: &mut [Vector<D>],
     ) {
-        for (p, gradient) in gradients.iter().enumerate() {
-            let gradient = gradient * particles.mass[p];
-            Stencil::of_particle(self, grid, particles, p).visit::<S>(|_, node, value, _| {
-                momentum[node] += gradient * (grid.node_position(node) - particles.position[p]) * value;
-            });
+        if gradients.is_empty() {
+            return;
         }
+        let nodes = NodeSums::of_momentum(momentum);
+        scatter(self, grid, active, particles.places(), nodes, |nodes, node, p, value, _| {
+            let arm = grid.node_position(node + nodes.first) - particles.position[p];
+            nodes.momentum[node] += gradients[p] * arm * (particles.mass[p] * value);
+        });
     }
 
     fn divergence_of_cell(&self, grid: &Grid<D>, cell: usize, divergence: &mut [Vector<D>]) {
@@ -475,26 +505,34 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         // The mean of a product over the axes is the product of the means.
         let mut stencil = Stencil::of_point(self, grid, cell, &grid.cell_center(cell));
         stencil.weights = weights;
-        stencil.visit::<S>(|local, _, _, gradient| divergence[local] = gradient * grid.cell_volume());
+        stencil.visit::<S>(|local, _, _, gradient| divergence[local] = Vector::from(gradient) * grid.cell_volume());
     }
 
     fn divergence_of_particles(
         &self,
         grid: &Grid<D>,
-        particles: &Particles<D>,
         active: &ActiveSet,
+        particles: &Particles<D>,
         divergence: &mut [Vector<D>],
     ) {
-        divergence.fill(Vector::zeros());
         let stencil_len = Transfer::<D>::stencil_len(self);
-        for p in 0..particles.len() {
-            let cell = particles.cell[p] as usize;
-            let Some(slot) = active.slot(cell) else { continue };
-            let volume = particles.volume[p];
-            let of_cell = &mut divergence[slot * stencil_len..][..stencil_len];
-            Stencil::of_particle(self, grid, particles, p)
-                .visit::<S>(|local, _, _, gradient| of_cell[local] += gradient * volume);
-        }
+        let places = particles.places();
+        let stencils = parallel::Rows::new(divergence, stencil_len);
+        let slots = 0..active.cells().len();
+        parallel::for_each((slots, stencils), GRAIN, &|(slots, stencils): (
+            Range<usize>,
+            parallel::Rows<Vector<D>>,
+        )| {
+            for (slot, of_cell) in slots.zip(stencils.iter_mut()) {
+                of_cell.fill(Vector::zeros());
+                for &p in active.particles_of(slot) {
+                    let p = p as usize;
+                    let volume = particles.volume[p];
+                    Stencil::of_particle(self, grid, places, p)
+                        .visit::<S>(|local, _, _, gradient| of_cell[local] += Vector::from(gradient) * volume);
+                }
+            }
+        });
     }
 
     fn spread_force(
@@ -523,29 +561,36 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
     fn spread_body_force(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         particles: &Particles<D>,
-        of_particle: &dyn Fn(usize) -> Vector<D>,
+        of_particle: &(dyn Fn(usize) -> Vector<D> + Sync),
         nodes: &mut NodeFields<D>,
     ) {
-        for p in 0..particles.len() {
-            let force = of_particle(p) * particles.mass[p];
-            Stencil::of_particle(self, grid, particles, p)
-                .visit::<S>(|_, node, value, _| nodes.force[node] += force * value);
-        }
+        let nodes = NodeSums::of_force(&mut nodes.force);
+        Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
+            for &p in slots.flat_map(|slot| active.particles_of(slot)) {
+                let p = p as usize;
+                let force = of_particle(p) * particles.mass[p];
+                Stencil::of_particle(self, grid, particles.places(), p)
+                    .visit::<S>(|_, node, value, _| nodes.force[node - nodes.first] += force * value);
+            }
+        });
     }
 
     fn spread_pressure(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         particles: &Particles<D>,
         of: Range<usize>,
         pressure: f64,
         nodes: &mut NodeFields<D>,
     ) {
-        for p in of {
-            let strength = pressure * particles.volume[p];
-            Stencil::of_particle(self, grid, particles, p)
-                .visit::<S>(|_, node, _, gradient| nodes.force[node] -= gradient * strength);
-        }
+        let nodes = NodeSums::of_force(&mut nodes.force);
+        scatter(self, grid, active, particles.places(), nodes, |nodes, node, p, _, gradient| {
+            if of.contains(&p) {
+                nodes.force[node] -= gradient * (pressure * particles.volume[p]);
+            }
+        });
     }
 }

@@ -18,10 +18,11 @@ pub use tpic::Tpic;
 pub use xpic::Xpic;
 
 use crate::grid::{ActiveSet, Grid, NodeFields};
+use crate::parallel::vectorized;
 use crate::particles::Particles;
 use crate::tensor::Vector;
-pub use crate::transfer::Gathered;
 use crate::transfer::Transfer;
+pub use crate::transfer::{Gathered, GatheredBlock};
 
 /// A rule for the particles' velocities at the end of a step.
 ///
@@ -33,16 +34,22 @@ pub trait VelocityUpdate<const D: usize>: Send + Sync {
     fn particle_velocity(&self, velocity: Vector<D>, at_particle: &Gathered<D>, dt: f64) -> Vector<D>;
 
     /// Updates a block of particles: one virtual call for many particles.
-    fn update_block(&self, velocities: &mut [Vector<D>], at_particles: &[Gathered<D>], dt: f64) {
-        for (velocity, at) in velocities.iter_mut().zip(at_particles) {
-            *velocity = self.particle_velocity(*velocity, at, dt);
-        }
+    fn update_block(&self, velocities: &mut [Vector<D>], at_particles: &GatheredBlock<D>, dt: f64) {
+        vectorized(
+            #[inline(always)]
+            || {
+                for (p, velocity) in velocities.iter_mut().enumerate() {
+                    *velocity = self.particle_velocity(*velocity, &at_particles.at(p), dt);
+                }
+            },
+        );
     }
 
     /// Step 3: adds what the update carries besides the velocities V_p to the momenta of the nodes (kg m/s). By default nothing.
     fn add_momentum(
         &self,
         _grid: &Grid<D>,
+        _active: &ActiveSet,
         _transfer: &dyn Transfer<D>,
         _particles: &Particles<D>,
         _momentum: &mut [Vector<D>],

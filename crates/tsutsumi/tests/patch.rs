@@ -39,7 +39,7 @@ fn a_linear_velocity_field_is_gathered_exactly<const D: usize>() {
     }
     let particles = solver.particles();
     let mut gathered = vec![Gathered::default(); particles.len()];
-    Linear.nodes_to_particles(solver.grid(), &nodes, particles, 0..particles.len(), &mut gathered);
+    Linear.nodes_to_particles(solver.grid(), &nodes, particles.places(), &mut gathered);
     for (at, &x) in gathered.iter().zip(&particles.position) {
         // Sums of 2^D products of numbers of the order of 4 (velocity) and 4/0.7 (gradient).
         assert_close("velocity", (at.velocity - field(x)).norm(), 0.0, 1e-14);
@@ -151,7 +151,7 @@ fn a_fluid_outside_presses_like_tractions_on_the_faces<const D: usize>(corner: f
     fluid.push_fluid_load(FluidLoad { particles: 0..particles.len(), pressure: q, history: history() });
     let forces = |boundary: &Boundary<D>| {
         let mut nodes = NodeFields::new(grid);
-        boundary.add_loads(grid, &Linear, particles, time, &mut nodes);
+        boundary.add_loads(grid, with_tractions.active(), &Linear, particles, time, &mut nodes);
         nodes.force
     };
     let (expected, forces) = (forces(with_tractions.boundary()), forces(&fluid));

@@ -52,7 +52,7 @@ fn momentum_and_continuity_hold<const D: usize>(height: f64, width: usize, dt: f
     let stencil_len = Transfer::<D>::stencil_len(&Linear);
     let active = solver.active().clone();
     let mut divergence = vec![Vector::<D>::zeros(); active.cells().len() * stencil_len];
-    Linear.divergence_of_particles(&grid, &particles, &active, &mut divergence);
+    Linear.divergence_of_particles(&grid, &active, &particles, &mut divergence);
     assert_eq!(solver.step(dt).unwrap().pressure.iterations > 0, iterates, "the solver chosen");
     let (nodes, pressure) = (solver.nodes(), cell_pressures(&solver));
 

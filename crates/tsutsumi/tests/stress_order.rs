@@ -131,7 +131,11 @@ fn momentum_is_conserved_in_every_order() {
     }
 }
 
-/// The step limits hold for every order: small noise does not grow.
+/// The step limits hold for every order: small noise does not grow beyond what a step near the limit makes of it.
+///
+/// An explicit step of ω Δt = 2 f keeps (v²/2 + ω² u²/2) (1 − f²) at least: velocities up to 1/√(1 − f²) times the first, 3.2 for f = 0.95.
+///
+/// Over 20,000 steps MPM① with stress first grows in the wet layer, by 0.1 % a step: the other orders do not (see the book).
 #[test]
 fn the_stated_limits_hold_in_every_order() {
     fn grown<const D: usize>(order: Order, body: Body<D>, steps: usize) -> f64 {
@@ -153,7 +157,7 @@ fn the_stated_limits_hold_in_every_order() {
                 grown(order, Body::<1>::column(10.0, 1.0).drained(top::<1>()), 2000),
             ];
             // Velocities that the grid does not see neither grow nor fade with MPM①.
-            assert!(growths.iter().all(|&growth| growth < 2.0), "{order:?} MPM② {pic}: {growths:?}");
+            assert!(growths.iter().all(|&growth| growth < 3.2), "{order:?} MPM② {pic}: {growths:?}");
         }
     }
 }

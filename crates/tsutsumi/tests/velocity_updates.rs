@@ -304,8 +304,8 @@ fn change_of_a_linear_field(update: Update, shape: impl ShapeFunction + Copy) ->
     update.look_at_grid(grid, active, shape, &nodes, &mut particles);
     particles.velocity = particles.position.iter().map(field).collect();
     // Step 3.
-    shape.particles_to_nodes(grid, &particles, &mut nodes);
-    update.add_momentum(grid, shape, &particles, &mut nodes.velocity_old);
+    shape.particles_to_nodes(grid, active, &particles, &mut nodes);
+    update.add_momentum(grid, active, shape, &particles, &mut nodes.velocity_old);
     Boundary::free(grid).hold(active, &mut nodes);
     let mut velocity = nodes.velocity_old.clone();
     nodes.momenta_to_velocities(active, &mut velocity);
@@ -314,8 +314,10 @@ fn change_of_a_linear_field(update: Update, shape: impl ShapeFunction + Copy) ->
     // Step 10.
     let mut at_particles = vec![Gathered::default(); particles.len()];
     update.look_at_grid(grid, active, shape, &nodes, &mut particles);
-    shape.nodes_to_particles(grid, &nodes, &particles, 0..particles.len(), &mut at_particles);
-    update.update_block(&mut particles.velocity, &at_particles, 1.0);
+    shape.nodes_to_particles(grid, &nodes, particles.places(), &mut at_particles);
+    let velocities = particles.velocity.iter().zip(&at_particles);
+    let velocities = velocities.map(|(&velocity, at)| update.particle_velocity(velocity, at, 1.0)).collect();
+    particles.velocity = velocities;
     particles.velocity.iter().zip(&particles.position).map(|(v, x)| v - field(x)).collect()
 }
 

@@ -1,7 +1,10 @@
 use std::ops::Range;
+use std::sync::{Mutex, MutexGuard, PoisonError};
 
+use super::block::{BLOCK, IncrementBlock, LANES, Lanes, set_tensor, tensor};
 use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Increment, LawError};
-use crate::tensor::{Matrix6, Sym3, Vector, rotation};
+use crate::parallel::vectorized;
+use crate::tensor::{Matrix3, Matrix6, Sym3, rotation, rotation_about_z};
 
 /// The outcome of a law over a block of particles.
 #[derive(Debug, Clone, PartialEq, Default)]
@@ -18,14 +21,16 @@ pub struct Group<L: ConstitutiveLaw> {
     name: String,
     law: L,
     conductivity_law: Box<dyn ConductivityLaw>,
-    states: Vec<L::State>,
+    /// The histories, block by block. Threads update different blocks, so that no lock is ever waited for.
+    states: Vec<Mutex<Vec<L::State>>>,
     particles: Range<usize>,
 }
 
 impl<L: ConstitutiveLaw> Group<L> {
     /// A group of the particles `particles` with these initial effective stresses (Pa).
     pub fn new(name: impl Into<String>, law: L, particles: Range<usize>, stresses: &[Sym3]) -> Self {
-        let states = stresses.iter().map(|&stress| law.initial_state(stress)).collect();
+        let states_of = |block: &[Sym3]| block.iter().map(|&stress| law.initial_state(stress)).collect();
+        let states = stresses.chunks(BLOCK).map(|block| Mutex::new(states_of(block))).collect();
         let conductivity_law = Box::new(ConstantConductivity);
         Group { name: name.into(), law, conductivity_law, states, particles }
     }
@@ -35,6 +40,202 @@ impl<L: ConstitutiveLaw> Group<L> {
     pub fn with_conductivity_law(mut self, conductivity_law: Box<dyn ConductivityLaw>) -> Self {
         self.conductivity_law = conductivity_law;
         self
+    }
+
+    /// The histories of a block. A panic elsewhere leaves them as whole as any other history.
+    fn block(&self, number: usize) -> MutexGuard<'_, Vec<L::State>> {
+        self.states[number].lock().unwrap_or_else(PoisonError::into_inner)
+    }
+
+    fn state(&self, particle: usize) -> L::State {
+        self.block(particle / BLOCK)[particle % BLOCK]
+    }
+
+    /// The stress and history at the end of a step, of a material point that turns and is strained.
+    ///
+    /// Jaumann: the old stress turns with the material by the rotation of the step. Laws of finite strain follow it themselves.
+    #[inline(always)]
+    fn update(
+        &self,
+        stress: &mut Sym3,
+        state: &mut L::State,
+        increment: &Increment,
+    ) -> Result<(Sym3, L::State), LawError> {
+        if L::FINITE_STRAIN {
+            return self.law.deform(*stress, *state, increment);
+        }
+        let spin = increment.spin;
+        if spin.x == 0.0 && spin.y == 0.0 {
+            let (cosine, sine) = rotation_about_z(spin.z);
+            *stress = stress.rotated_about_z(cosine, sine);
+            let turn = Matrix3::new(cosine, -sine, 0.0, sine, cosine, 0.0, 0.0, 0.0, 1.0);
+            *state = self.law.rotate_state(*state, &turn);
+        } else {
+            let turn = rotation(&spin);
+            *stress = stress.rotated(&turn);
+            *state = self.law.rotate_state(*state, &turn);
+        }
+        self.law.update_within(*stress, *state, increment.strain, increment.duration)
+    }
+
+    /// The plain loop over particles of one block of histories, which [`Self::update_lanes`] does for several particles at a time.
+    fn update_states(
+        &self,
+        states: &mut [L::State],
+        stresses: &mut [Sym3],
+        increment: impl Fn(usize) -> Increment,
+        volumes: &[f64],
+    ) -> BlockOutcome {
+        let mut outcome = BlockOutcome::default();
+        for (p, (stress, state)) in stresses.iter_mut().zip(states).enumerate() {
+            let increment = increment(p);
+            match self.update(stress, state, &increment) {
+                Ok((new_stress, new_state)) if new_stress.is_finite() => {
+                    let mean = (*stress + new_stress) * 0.5;
+                    outcome.work += volumes[p] * mean.double_dot(increment.strain);
+                    *stress = new_stress;
+                    *state = new_state;
+                }
+                Ok(_) if outcome.failure.is_none() => {
+                    outcome.failure = Some((p, LawError::NotFinite { strain: increment.strain }));
+                }
+                Err(error) if outcome.failure.is_none() => outcome.failure = Some((p, error)),
+                _ => {}
+            }
+        }
+        outcome
+    }
+
+    /// The same for laws of small increments, in loops that the compiler can turn into vectors.
+    #[inline(always)]
+    fn update_lanes(
+        &self,
+        states: &mut [L::State],
+        stresses: &mut [Sym3],
+        increments: &IncrementBlock,
+        volumes: &[f64],
+    ) -> BlockOutcome {
+        let mut old = [[0.0; BLOCK]; 6];
+        for (p, &stress) in stresses.iter().enumerate() {
+            set_tensor(&mut old, p, stress);
+        }
+        self.turn(states, &mut old, increments, stresses.len());
+        let mut new = old;
+        let failure = self.update_turned(states, &old, &mut new, increments, stresses.len());
+        let work = work(&old, &new, increments, volumes);
+        for (p, stress) in stresses.iter_mut().enumerate() {
+            *stress = tensor(&new, p);
+        }
+        BlockOutcome { work, failure }
+    }
+
+    /// Jaumann: the old stresses and histories turn with the material by the rotations of the step.
+    #[inline(always)]
+    fn turn(&self, states: &mut [L::State], stresses: &mut [[f64; BLOCK]; 6], increments: &IncrementBlock, len: usize) {
+        let [about_x, about_y, about_z] = &increments.spin;
+        let mut in_plane = true;
+        for (x, y) in about_x[..len].iter().zip(&about_y[..len]) {
+            in_plane &= (*x == 0.0) & (*y == 0.0);
+        }
+        if in_plane {
+            for (p, &angle) in about_z.iter().enumerate().take(len.next_multiple_of(LANES)) {
+                let (cosine, sine) = rotation_about_z(angle);
+                let turned = tensor(stresses, p).rotated_about_z(cosine, sine);
+                set_tensor(stresses, p, turned);
+            }
+        }
+        if in_plane && size_of::<L::State>() == 0 {
+            return;
+        }
+        for (p, state) in states.iter_mut().enumerate().take(len) {
+            let turn = rotation(&increments.at(p).spin);
+            if !in_plane {
+                let turned = tensor(stresses, p).rotated(&turn);
+                set_tensor(stresses, p, turned);
+            }
+            *state = self.law.rotate_state(*state, &turn);
+        }
+    }
+
+    /// The law for stresses and histories that have been turned; those of particles that fail stay.
+    #[inline(always)]
+    fn update_turned(
+        &self,
+        states: &mut [L::State],
+        old: &[[f64; BLOCK]; 6],
+        new: &mut [[f64; BLOCK]; 6],
+        increments: &IncrementBlock,
+        len: usize,
+    ) -> Option<(usize, LawError)> {
+        let mut failure = None;
+        for (p, state) in states.iter_mut().enumerate().take(len) {
+            let strain = tensor(&increments.strain, p);
+            match self.law.update_within(tensor(old, p), *state, strain, increments.duration) {
+                Ok((stress, new_state)) => {
+                    set_tensor(new, p, stress);
+                    // Histories that hold nothing need no care, and no branch.
+                    if size_of::<L::State>() == 0 || stress.is_finite() {
+                        *state = new_state;
+                    }
+                }
+                Err(error) if failure.is_none() => failure = Some((p, error)),
+                Err(_) => {}
+            }
+        }
+        let mut size = [0.0; LANES];
+        for component in new.iter() {
+            for group in component.as_chunks::<LANES>().0 {
+                for l in 0..LANES {
+                    size[l] += group[l].abs();
+                }
+            }
+        }
+        // One infinite or NaN component makes this sum infinite or NaN.
+        if size.iter().sum::<f64>().is_finite() {
+            return failure;
+        }
+        for p in 0..len {
+            if !tensor(new, p).is_finite() {
+                set_tensor(new, p, tensor(old, p));
+                if failure.as_ref().is_none_or(|&(first, _)| p < first) {
+                    failure = Some((p, LawError::NotFinite { strain: tensor(&increments.strain, p) }));
+                }
+            }
+        }
+        failure
+    }
+}
+
+/// Work of the mean stress of the step, Σ V ½ (σ' + σ'|t) : Δε (J).
+#[inline(always)]
+fn work(old: &[[f64; BLOCK]; 6], new: &[[f64; BLOCK]; 6], increments: &IncrementBlock, volumes: &[f64]) -> f64 {
+    let mut volume = [0.0; BLOCK];
+    volume[..volumes.len()].copy_from_slice(volumes);
+    let mut works = [0.0; BLOCK];
+    for p in 0..BLOCK {
+        let mean = (tensor(old, p) + tensor(new, p)) * 0.5;
+        works[p] = volume[p] * mean.double_dot(tensor(&increments.strain, p));
+    }
+    let mut work: Lanes = [0.0; LANES];
+    for group in works[..volumes.len().next_multiple_of(LANES)].as_chunks::<LANES>().0 {
+        for l in 0..LANES {
+            work[l] += group[l];
+        }
+    }
+    work.iter().sum()
+}
+
+impl BlockOutcome {
+    /// The same with the failed particle counted from `first` particles before the block.
+    #[must_use]
+    pub(crate) fn from(self, first: usize) -> Self {
+        BlockOutcome { failure: self.failure.map(|(p, error)| (first + p, error)), ..self }
+    }
+
+    /// With what happened after it: the first failure stays.
+    #[must_use]
+    pub(crate) fn and(self, after: BlockOutcome) -> Self {
+        BlockOutcome { work: self.work + after.work, failure: self.failure.or(after.failure) }
     }
 }
 
@@ -51,12 +252,23 @@ pub trait MaterialGroup: Send + Sync {
 
     /// Turns and updates the stresses (Pa) and histories of a block of particles.
     ///
-    /// `first` is the number of the block's first particle within the group; `volumes` (m³) weight the work.
+    /// `first` is the number of the block's first particle within the group; `volumes` (m³) weight the work. Any number of threads may
+    /// update different blocks at the same time.
     fn update_block(
-        &mut self,
+        &self,
         first: usize,
         stresses: &mut [Sym3],
         increments: &[Increment],
+        volumes: &[f64],
+    ) -> BlockOutcome;
+
+    /// The same for at most one block of particles, whose first number is a multiple of the length of a block: several at a time, with
+    /// the same stresses and histories, bit by bit.
+    fn update_aligned(
+        &self,
+        first: usize,
+        stresses: &mut [Sym3],
+        increments: &IncrementBlock,
         volumes: &[f64],
     ) -> BlockOutcome;
 
@@ -92,49 +304,45 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
     }
 
     fn update_block(
-        &mut self,
+        &self,
         first: usize,
         stresses: &mut [Sym3],
         increments: &[Increment],
         volumes: &[f64],
     ) -> BlockOutcome {
         let mut outcome = BlockOutcome::default();
-        let states = &mut self.states[first..first + stresses.len()];
-        for (p, (stress, state)) in stresses.iter_mut().zip(states).enumerate() {
-            let increment = &increments[p];
-            // Jaumann: the old stress turns with the material by the rotation of the step. Laws of finite strain follow it themselves.
-            if !L::FINITE_STRAIN && increment.spin != Vector::<3>::zeros() {
-                let turn = rotation(&increment.spin);
-                let in_plane = increment.spin.x == 0.0 && increment.spin.y == 0.0;
-                *stress = match in_plane {
-                    true => stress.rotated_about_z(turn[(0, 0)], turn[(1, 0)]),
-                    false => stress.rotated(&turn),
-                };
-                *state = self.law.rotate_state(*state, &turn);
-            }
-            let answer = match L::FINITE_STRAIN {
-                false => self.law.update_within(*stress, *state, increment.strain, increment.duration),
-                true => self.law.deform(*stress, *state, increment),
-            };
-            match answer {
-                Ok((new_stress, new_state)) if new_stress.is_finite() => {
-                    let mean = (*stress + new_stress) * 0.5;
-                    outcome.work += volumes[p] * mean.double_dot(increment.strain);
-                    *stress = new_stress;
-                    *state = new_state;
-                }
-                Ok(_) if outcome.failure.is_none() => {
-                    outcome.failure = Some((p, LawError::NotFinite { strain: increment.strain }));
-                }
-                Err(error) if outcome.failure.is_none() => outcome.failure = Some((p, error)),
-                _ => {}
-            }
+        let mut done = 0;
+        while done < stresses.len() {
+            let mut states = self.block((first + done) / BLOCK);
+            let states = &mut states[(first + done) % BLOCK..];
+            let end = stresses.len().min(done + states.len());
+            let increment = |p| increments[done + p];
+            let of_block = self.update_states(states, &mut stresses[done..end], increment, &volumes[done..end]);
+            outcome = outcome.and(of_block.from(done));
+            done = end;
         }
         outcome
     }
 
+    fn update_aligned(
+        &self,
+        first: usize,
+        stresses: &mut [Sym3],
+        increments: &IncrementBlock,
+        volumes: &[f64],
+    ) -> BlockOutcome {
+        let mut states = self.block(first / BLOCK);
+        match L::FINITE_STRAIN {
+            true => self.update_states(&mut states, stresses, |p| increments.at(p), volumes),
+            false => vectorized(
+                #[inline(always)]
+                || self.update_lanes(&mut states, stresses, increments, volumes),
+            ),
+        }
+    }
+
     fn trial(&self, particle: usize, stress: Sym3, strain: Sym3) -> Result<(Sym3, Matrix6), LawError> {
-        let state = self.states[particle];
+        let state = self.state(particle);
         let (new_stress, _) = self.law.update(stress, state, strain)?;
         if !new_stress.is_finite() {
             return Err(LawError::NotFinite { strain });
@@ -143,9 +351,14 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
     }
 
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64) {
-        self.states.iter().zip(stresses).fold((0.0, 0.0), |(p_wave, s_wave): (f64, f64), (state, &stress)| {
-            (p_wave.max(self.law.p_wave_modulus(stress, state)), s_wave.max(self.law.s_wave_modulus(stress, state)))
-        })
+        let mut moduli = (0.0_f64, 0.0_f64);
+        for (number, stresses) in stresses.chunks(BLOCK).enumerate() {
+            for (state, &stress) in self.block(number).iter().zip(stresses) {
+                moduli.0 = moduli.0.max(self.law.p_wave_modulus(stress, state));
+                moduli.1 = moduli.1.max(self.law.s_wave_modulus(stress, state));
+            }
+        }
+        moduli
     }
 
     fn outputs(&self) -> &'static [&'static str] {
@@ -153,7 +366,7 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
     }
 
     fn write_outputs(&self, particle: usize, stress: Sym3, values: &mut [f64]) {
-        self.law.write_outputs(stress, &self.states[particle], values);
+        self.law.write_outputs(stress, &self.state(particle), values);
     }
 }
 
@@ -161,6 +374,7 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
 mod tests {
     use super::*;
     use crate::law::LinearElastic;
+    use crate::tensor::Vector;
 
     fn group() -> Group<LinearElastic> {
         Group::new("soil", LinearElastic { young: 1e6, poisson: 0.25 }, 0..2, &[Sym3::ZERO; 2])

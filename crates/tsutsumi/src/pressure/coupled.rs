@@ -698,7 +698,7 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
         self.sum_particles(at, particles);
         fill_boxes(self.quadrature, at, particles, &mut self.boxes);
         if self.quadrature == Quadrature::MaterialPoints {
-            at.transfer.divergence_of_particles(at.grid, particles, at.active, &mut self.divergence);
+            at.transfer.divergence_of_particles(at.grid, at.active, particles, &mut self.divergence);
         }
         self.measure_faces(at);
         self.checkerboard.measure(|slot| self.cells[slot].storage);

@@ -25,7 +25,7 @@ impl ShapeFunction for Linear {
 
     #[inline(always)]
     fn weights(&self, at: CellOnAxis, position: f64, _half_size: f64) -> Weights {
-        let xi = position - at.cell as f64;
+        let xi = position - f64::from(at.cell as u32);
         Weights { value: [1.0 - xi, xi, 0.0, 0.0], gradient: [-1.0, 1.0, 0.0, 0.0] }
     }
 }

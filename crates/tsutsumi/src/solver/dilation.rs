@@ -1,8 +1,9 @@
 use crate::grid::Grid;
+use crate::law::BLOCK;
 use crate::particles::Particles;
 use crate::pressure::StepView;
 use crate::tensor::Vector;
-use crate::transfer::{BLOCK, Gathered};
+use crate::transfer::{Gathered, GatheredBlock};
 
 /// Where the volume change of a particle comes from.
 ///
@@ -46,13 +47,12 @@ impl Dilation {
         Dilation { rate: vec![0.0; len], volume: vec![0.0; len] }
     }
 
-    /// Sums the cells' means for these velocities of the nodes (m/s); `work` holds [`BLOCK`] values.
+    /// Sums the cells' means for these velocities of the nodes (m/s).
     pub(super) fn measure<const D: usize>(
         &mut self,
         at: &StepView<D>,
         velocities: &[Vector<D>],
         particles: &Particles<D>,
-        work: &mut [Gathered<D>],
     ) {
         if self.rate.is_empty() {
             return;
@@ -61,10 +61,11 @@ impl Dilation {
             self.rate[cell as usize] = 0.0;
             self.volume[cell as usize] = 0.0;
         }
+        let mut work = [Gathered::default(); BLOCK];
         for start in (0..particles.len()).step_by(BLOCK) {
             let block = start..particles.len().min(start + BLOCK);
             let at_particles = &mut work[..block.len()];
-            at.transfer.velocity_gradients(at.grid, velocities, particles, block.clone(), at_particles);
+            at.transfer.velocity_gradients(at.grid, velocities, particles.places().part(block.clone()), at_particles);
             for (p, gathered) in block.zip(at_particles) {
                 let cell = particles.cell[p] as usize;
                 self.rate[cell] += particles.volume[p] * gathered.velocity_gradient.trace();
@@ -77,14 +78,18 @@ impl Dilation {
     }
 
     /// Gives the particles of these cells the cells' means.
-    pub(super) fn impose<const D: usize>(&self, cells: &[u32], at_particles: &mut [Gathered<D>]) {
+    pub(super) fn impose<const D: usize>(&self, cells: &[u32], at_particles: &mut GatheredBlock<D>) {
         if self.rate.is_empty() {
             return;
         }
-        for (&cell, at) in cells.iter().zip(at_particles) {
-            let missing = (self.rate[cell as usize] - at.velocity_gradient.trace()) / D as f64;
+        for (p, &cell) in cells.iter().enumerate() {
+            let mut trace = 0.0;
             for axis in 0..D {
-                at.velocity_gradient[(axis, axis)] += missing;
+                trace += at_particles.velocity_gradient[axis][axis][p];
+            }
+            let missing = (self.rate[cell as usize] - trace) / D as f64;
+            for axis in 0..D {
+                at_particles.velocity_gradient[axis][axis][p] += missing;
             }
         }
     }

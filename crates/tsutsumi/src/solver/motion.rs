@@ -1,25 +1,26 @@
+use std::ops::Range;
+
 use super::dilation::{Dilation, VolumetricStrain};
 use super::error::StepError;
 use super::stress_order::{NodalVelocity, Pass};
-use super::viscosity::Viscosity;
+use super::viscosity::{Viscosity, remember, resist};
 use crate::boundary::Boundary;
 use crate::damping::Damping;
-
 use crate::grid::{ActiveSet, Grid, NodeFields};
-use crate::law::{Increment, MaterialGroup};
-use crate::particles::Particles;
+use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, MaterialGroup};
+use crate::parallel::{self, Pieces, vectorized};
+use crate::particles::{Particles, Places};
 use crate::pressure::StepView;
-use crate::tensor::{Matrix, Vector, embed, volume_ratio};
-use crate::transfer::{BLOCK, Gathered};
+use crate::tensor::{Matrix, Sym3, Vector, volume_ratio};
+use crate::transfer::{GRAIN, Gathered, GatheredBlock};
 use crate::velocity::VelocityUpdate;
 
 /// Steps 8 to 10: what the motion of the nodes does to the particles. Holds the work arrays.
 pub(super) struct Motion<const D: usize> {
     dilation: Dilation,
     viscosity: Viscosity,
-    at_particles: Vec<Gathered<D>>,
-    increments: Vec<Increment>,
-    porosities: Vec<f64>,
+    /// Whether any particle has pores, and so porosities to follow.
+    has_pores: bool,
     /// The nodes' velocities from the particles' new ones (m/s); empty until a stress order asks for them.
     mapped: Vec<Vector<D>>,
     /// Work of the effective stress since the start (J).
@@ -43,9 +44,7 @@ impl<const D: usize> Motion<D> {
         Motion {
             dilation: Dilation::new(volumetric_strain, grid),
             viscosity: Viscosity::new(damping.stiffness, &particles.stress),
-            at_particles: vec![Gathered::default(); BLOCK],
-            increments: vec![Increment::default(); BLOCK],
-            porosities: vec![0.0; BLOCK],
+            has_pores: particles.porosity.iter().any(|&porosity| porosity > 0.0),
             mapped: Vec::new(),
             strain_energy: 0.0,
         }
@@ -62,9 +61,9 @@ impl<const D: usize> Motion<D> {
     ) {
         nodes.clear(at.active);
         self.viscosity.swap(&mut particles.stress);
-        at.transfer.particles_to_nodes(at.grid, particles, nodes);
+        at.transfer.particles_to_nodes(at.grid, at.active, particles, nodes);
         self.viscosity.swap(&mut particles.stress);
-        velocity_update.add_momentum(at.grid, at.transfer, particles, &mut nodes.velocity_old);
+        velocity_update.add_momentum(at.grid, at.active, at.transfer, particles, &mut nodes.velocity_old);
         boundary.hold(at.active, nodes);
         nodes.momentum_to_velocity(at.active);
     }
@@ -81,66 +80,29 @@ impl<const D: usize> Motion<D> {
         if pass.stress == Some(NodalVelocity::Mapped) {
             self.map_again(at, nodes, particles, velocity_update);
         }
-        let Motion { dilation, viscosity, at_particles, increments, porosities, mapped, strain_energy } = self;
         let strained_by: Option<&[Vector<D>]> = pass.stress.map(|field| match field {
             NodalVelocity::Old => &nodes.velocity_old[..],
             NodalVelocity::New => &nodes.velocity[..],
-            NodalVelocity::Mapped => &mapped[..],
+            NodalVelocity::Mapped => &self.mapped[..],
         });
         if let Some(field) = strained_by {
-            dilation.measure(at, field, particles, at_particles);
+            self.dilation.measure(at, field, particles);
         }
 
         let mut failure = None;
         for group in groups {
             let all = group.particles();
-            for start in all.clone().step_by(BLOCK) {
-                let block = start..all.end.min(start + BLOCK);
-                let at_particles = &mut at_particles[..block.len()];
-                let gathers = pass.velocity || pass.position;
-                if gathers {
-                    at.transfer.nodes_to_particles(at.grid, nodes, particles, block.clone(), at_particles);
-                }
-                if let Some(field) = strained_by {
-                    // The gradient of v_I^L is there already.
-                    if !(gathers && pass.stress == Some(NodalVelocity::New)) {
-                        at.transfer.velocity_gradients(at.grid, field, particles, block.clone(), at_particles);
-                    }
-
-                    // 8. Strain increments.
-                    dilation.impose(&particles.cell[block.clone()], at_particles);
-                    let increments = &mut increments[..block.len()];
-                    strain_increments(at_particles, at.dt, increments);
-
-                    // 9. Effective stresses by the constitutive law.
-                    let stresses = &mut particles.stress[block.clone()];
-                    let volumes = &particles.volume[block.clone()];
-                    viscosity.remember(block.clone(), stresses, increments);
-                    let outcome = group.update_block(start - all.start, stresses, increments, volumes);
-                    viscosity.resist(block.clone(), stresses, at.damping.stiffness / at.dt);
-                    *strain_energy += outcome.work;
-                    if let (None, Some((p, source))) = (&failure, outcome.failure) {
-                        let particle = start + p;
-                        let position = particles.position[particle].iter().copied().collect();
-                        let material = group.name().to_owned();
-                        failure = Some(StepError::Law { material, particle, position, time: at.time, source });
-                    }
-
-                    // 10. Volumes and pores.
-                    let porosities = &mut porosities[..block.len()];
-                    porosities.copy_from_slice(&particles.porosity[block.clone()]);
-                    particles.stretch(block.clone(), at_particles, at.dt);
-                    let conductivities = &mut particles.conductivity[block.clone()];
-                    let law = group.conductivity_law();
-                    law.update_block(porosities, &particles.porosity[block.clone()], conductivities);
-                }
-                // 10. Velocities of the particles, with a_I (MPM①) or v_I^L (MPM②), and positions.
-                if pass.velocity {
-                    velocity_update.update_block(&mut particles.velocity[block.clone()], at_particles, at.dt);
-                }
-                if pass.position {
-                    particles.advance(block, at_particles, at.dt);
-                }
+            let (dilation, has_pores) = (&self.dilation, self.has_pores);
+            let step =
+                FollowStep { pass, at, nodes, strained_by, dilation, has_pores, group: &**group, velocity_update };
+            let piece = Piece::new(particles, self.viscosity.felt(), all.clone());
+            let outcome = parallel::fold(piece, GRAIN, &|piece| step.follow(piece), &BlockOutcome::and);
+            self.strain_energy += outcome.work;
+            if let (None, Some((p, source))) = (&failure, outcome.failure) {
+                let particle = all.start + p;
+                let position = particles.position[particle].iter().copied().collect();
+                let material = group.name().to_owned();
+                failure = Some(StepError::Law { material, particle, position, time: at.time, source });
             }
         }
         failure
@@ -158,9 +120,208 @@ impl<const D: usize> Motion<D> {
         for &node in at.active.nodes() {
             self.mapped[node as usize] = Vector::zeros();
         }
-        at.transfer.spread_momentum(at.grid, particles, &mut self.mapped);
-        velocity_update.add_momentum(at.grid, at.transfer, particles, &mut self.mapped);
+        at.transfer.spread_momentum(at.grid, at.active, particles, &mut self.mapped);
+        velocity_update.add_momentum(at.grid, at.active, at.transfer, particles, &mut self.mapped);
         nodes.momenta_to_velocities(at.active, &mut self.mapped);
+    }
+}
+
+/// The fields of particles that follow each other, with what a pass may change of them.
+struct Piece<'a, const D: usize> {
+    /// The number of the first one within its group.
+    first: usize,
+    position: &'a mut [Vector<D>],
+    velocity: &'a mut [Vector<D>],
+    volume: &'a mut [f64],
+    half_size: &'a mut [Vector<D>],
+    half_size_at_start: &'a [Vector<D>],
+    stress: &'a mut [Sym3],
+    /// The stress that the nodes feel; empty without damping.
+    felt: &'a mut [Sym3],
+    porosity: &'a mut [f64],
+    conductivity: &'a mut [f64],
+    cell: &'a [u32],
+}
+
+impl<'a, const D: usize> Piece<'a, D> {
+    /// The particles of a range, which is a group.
+    fn new(particles: &'a mut Particles<D>, felt: &'a mut [Sym3], range: Range<usize>) -> Self {
+        let felt = if felt.is_empty() { felt } else { &mut felt[range.clone()] };
+        Piece {
+            first: 0,
+            position: &mut particles.position[range.clone()],
+            velocity: &mut particles.velocity[range.clone()],
+            volume: &mut particles.volume[range.clone()],
+            half_size: &mut particles.half_size[range.clone()],
+            half_size_at_start: &particles.half_size_at_start[range.clone()],
+            stress: &mut particles.stress[range.clone()],
+            felt,
+            porosity: &mut particles.porosity[range.clone()],
+            conductivity: &mut particles.conductivity[range.clone()],
+            cell: &particles.cell[range],
+        }
+    }
+
+    fn places(&self) -> Places<'_, D> {
+        Places { position: self.position, half_size: self.half_size, half_size_at_start: self.half_size_at_start }
+    }
+}
+
+impl<const D: usize> Pieces for Piece<'_, D> {
+    fn count(&self) -> usize {
+        self.position.len()
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        let position = self.position.split_at_mut(at);
+        let velocity = self.velocity.split_at_mut(at);
+        let volume = self.volume.split_at_mut(at);
+        let half_size = self.half_size.split_at_mut(at);
+        let half_size_at_start = self.half_size_at_start.split_at(at);
+        let stress = self.stress.split_at_mut(at);
+        let felt = self.felt.split_at_mut(at.min(self.felt.len()));
+        let porosity = self.porosity.split_at_mut(at);
+        let conductivity = self.conductivity.split_at_mut(at);
+        let cell = self.cell.split_at(at);
+        let before = Piece {
+            first: self.first,
+            position: position.0,
+            velocity: velocity.0,
+            volume: volume.0,
+            half_size: half_size.0,
+            half_size_at_start: half_size_at_start.0,
+            stress: stress.0,
+            felt: felt.0,
+            porosity: porosity.0,
+            conductivity: conductivity.0,
+            cell: cell.0,
+        };
+        let after = Piece {
+            first: self.first + at,
+            position: position.1,
+            velocity: velocity.1,
+            volume: volume.1,
+            half_size: half_size.1,
+            half_size_at_start: half_size_at_start.1,
+            stress: stress.1,
+            felt: felt.1,
+            porosity: porosity.1,
+            conductivity: conductivity.1,
+            cell: cell.1,
+        };
+        (before, after)
+    }
+}
+
+/// A pass over the particles of a group: what it asks.
+struct FollowStep<'a, const D: usize> {
+    pass: Pass,
+    at: &'a StepView<'a, D>,
+    nodes: &'a NodeFields<D>,
+    /// The velocities of the nodes that strain the material (m/s), if it is strained.
+    strained_by: Option<&'a [Vector<D>]>,
+    dilation: &'a Dilation,
+    has_pores: bool,
+    group: &'a dyn MaterialGroup,
+    velocity_update: &'a dyn VelocityUpdate<D>,
+}
+
+impl<const D: usize> FollowStep<'_, D> {
+    /// Steps 8 to 10 for a piece of the group, block by block. A failure counts from the first particle of the group.
+    fn follow(&self, piece: Piece<D>) -> BlockOutcome {
+        let mut outcome = BlockOutcome::default();
+        let mut at_particles = GatheredBlock::new();
+        let mut increments = IncrementBlock::within(self.at.dt);
+        let mut rest = piece;
+        while !rest.position.is_empty() {
+            let len = rest.count().min(BLOCK);
+            let (block, after) = rest.cut(len);
+            let of_block = self.follow_block(block, &mut at_particles, &mut increments);
+            outcome = outcome.and(of_block);
+            rest = after;
+        }
+        outcome
+    }
+
+    fn follow_block(
+        &self,
+        mut block: Piece<D>,
+        at_particles: &mut GatheredBlock<D>,
+        increments: &mut IncrementBlock,
+    ) -> BlockOutcome {
+        let &FollowStep { pass, at, nodes, .. } = self;
+        let mut outcome = BlockOutcome::default();
+        let gathers = pass.velocity || pass.position;
+        if gathers {
+            at.transfer.gather_block(at.grid, nodes, block.places(), at_particles);
+        }
+        if let Some(field) = self.strained_by {
+            // The gradient of v_I^L is there already.
+            if !(gathers && pass.stress == Some(NodalVelocity::New)) {
+                let mut gathered = [Gathered::default(); BLOCK];
+                let gathered = &mut gathered[..block.count()];
+                at.transfer.velocity_gradients(at.grid, field, block.places(), gathered);
+                at_particles.set_gradients(gathered);
+            }
+
+            // 8. Strain increments.
+            self.dilation.impose(block.cell, at_particles);
+            vectorized(
+                #[inline(always)]
+                || strain_increments(at_particles, at.dt, block.count(), increments),
+            );
+
+            // 9. Effective stresses by the constitutive law.
+            remember(block.felt, block.stress, increments);
+            outcome = self.group.update_aligned(block.first, block.stress, increments, block.volume).from(block.first);
+            resist(block.felt, block.stress, at.damping.stiffness / at.dt);
+
+            // 10. Volumes and pores.
+            vectorized(
+                #[inline(always)]
+                || self.stretch(&mut block, at_particles),
+            );
+        }
+        // 10. Velocities of the particles, with a_I (MPM①) or v_I^L (MPM②), and positions.
+        if pass.velocity {
+            self.velocity_update.update_block(block.velocity, at_particles, at.dt);
+        }
+        if pass.position {
+            vectorized(
+                #[inline(always)]
+                || advance(block.position, at_particles, at.dt),
+            );
+        }
+        outcome
+    }
+
+    /// Stretches volumes, by det(I + Δt ∇v), boxes and pores.
+    ///
+    /// The grains keep their volume: (1 − n) V stays. Dry ground has n = 0 and no pores to follow.
+    #[inline(always)]
+    fn stretch(&self, block: &mut Piece<D>, at_particles: &GatheredBlock<D>) {
+        let dt = self.at.dt;
+        let mut ratios = [1.0; BLOCK];
+        for (p, volume) in block.volume.iter_mut().enumerate() {
+            let gradient: Matrix<D> = at_particles.at(p).velocity_gradient * dt;
+            ratios[p] = volume_ratio(&gradient);
+            *volume *= ratios[p];
+            for axis in 0..D {
+                block.half_size[p][axis] *= 1.0 + gradient[(axis, axis)];
+            }
+        }
+        if !self.has_pores {
+            return;
+        }
+        let mut old = [0.0; BLOCK];
+        let old = &mut old[..block.count()];
+        old.copy_from_slice(block.porosity);
+        for (porosity, ratio) in block.porosity.iter_mut().zip(ratios) {
+            if *porosity > 0.0 {
+                *porosity = 1.0 - (1.0 - *porosity) / ratio;
+            }
+        }
+        self.group.conductivity_law().update_block(old, block.porosity, block.conductivity);
     }
 }
 
@@ -171,9 +332,23 @@ impl<const D: usize> Motion<D> {
 /// ```text
 /// Δε = ½ (∇v + ∇vᵀ) Δt      Δω = ½ (∇v − ∇vᵀ) Δt
 /// ```
-fn strain_increments<const D: usize>(at_particles: &[Gathered<D>], dt: f64, increments: &mut [Increment]) {
-    for (at, increment) in at_particles.iter().zip(increments) {
-        *increment = Increment::of(&embed(&(at.velocity_gradient * dt))).within(dt);
+#[inline(always)]
+fn strain_increments<const D: usize>(at: &GatheredBlock<D>, dt: f64, len: usize, increments: &mut IncrementBlock) {
+    let gradient = |i: usize, j: usize, p: usize| at.velocity_gradient[i][j][p] * dt;
+    for p in 0..len.next_multiple_of(LANES) {
+        for i in 0..D {
+            increments.strain[i][p] = gradient(i, i, p);
+        }
+        if D > 1 {
+            increments.strain[3][p] = 0.5 * (gradient(0, 1, p) + gradient(1, 0, p));
+            increments.spin[2][p] = 0.5 * (gradient(1, 0, p) - gradient(0, 1, p));
+        }
+        if D > 2 {
+            increments.strain[4][p] = 0.5 * (gradient(1, 2, p) + gradient(2, 1, p));
+            increments.strain[5][p] = 0.5 * (gradient(2, 0, p) + gradient(0, 2, p));
+            increments.spin[0][p] = 0.5 * (gradient(2, 1, p) - gradient(1, 2, p));
+            increments.spin[1][p] = 0.5 * (gradient(0, 2, p) - gradient(2, 0, p));
+        }
     }
 }
 
@@ -186,28 +361,12 @@ impl<const D: usize> NodeFields<D> {
     }
 }
 
-impl<const D: usize> Particles<D> {
-    /// Moves particles with the grid, X_p ← X_p + Δt v^L(X_p).
-    fn advance(&mut self, block: std::ops::Range<usize>, at_particles: &[Gathered<D>], dt: f64) {
-        for (position, at) in self.position[block].iter_mut().zip(at_particles) {
-            *position += at.velocity * dt;
-        }
-    }
-
-    /// Stretches volumes, by det(I + Δt ∇v), boxes and pores.
-    ///
-    /// The grains keep their volume: (1 − n) V stays. Dry ground has n = 0 and no pores to follow.
-    fn stretch(&mut self, block: std::ops::Range<usize>, at_particles: &[Gathered<D>], dt: f64) {
-        for (p, at) in block.zip(at_particles) {
-            let gradient: Matrix<D> = at.velocity_gradient * dt;
-            let ratio = volume_ratio(&gradient);
-            self.volume[p] *= ratio;
-            if self.porosity[p] > 0.0 {
-                self.porosity[p] = 1.0 - (1.0 - self.porosity[p]) / ratio;
-            }
-            for axis in 0..D {
-                self.half_size[p][axis] *= 1.0 + gradient[(axis, axis)];
-            }
+/// Moves particles with the grid, X_p ← X_p + Δt v^L(X_p).
+#[inline(always)]
+fn advance<const D: usize>(positions: &mut [Vector<D>], at_particles: &GatheredBlock<D>, dt: f64) {
+    for (p, position) in positions.iter_mut().enumerate() {
+        for axis in 0..D {
+            position[axis] += at_particles.velocity[axis][p] * dt;
         }
     }
 }

@@ -1,7 +1,5 @@
-use std::ops::Range;
-
-use crate::law::Increment;
-use crate::tensor::{Sym3, Vector, rotation};
+use crate::law::IncrementBlock;
+use crate::tensor::{Sym3, rotation};
 
 /// The stress that the nodes feel with stiffness-proportional damping: the effective stress and the resistance to its change.
 ///
@@ -31,31 +29,30 @@ impl Viscosity {
         }
     }
 
-    /// Before the law of a block: keeps the old stresses (Pa), turned as the law will turn them.
-    pub(super) fn remember(&mut self, block: Range<usize>, stresses: &[Sym3], increments: &[Increment]) {
-        if self.felt.is_empty() {
-            return;
-        }
-        for ((felt, stress), increment) in self.felt[block].iter_mut().zip(stresses).zip(increments) {
-            let turns = increment.spin != Vector::<3>::zeros();
-            *felt = if turns { stress.rotated(&rotation(&increment.spin)) } else { *stress };
-        }
+    /// The stresses that the nodes feel; empty without damping.
+    pub(super) fn felt(&mut self) -> &mut [Sym3] {
+        &mut self.felt
     }
+}
 
-    /// After the law of a block: adds the resistance to the new stresses (Pa). `duration` is β/Δt (–).
-    pub(super) fn resist(&mut self, block: Range<usize>, stresses: &[Sym3], duration: f64) {
-        if self.felt.is_empty() {
-            return;
-        }
-        for (felt, &stress) in self.felt[block].iter_mut().zip(stresses) {
-            *felt = stress + (stress - *felt) * duration;
-        }
+/// Before the law of a block: keeps the old stresses (Pa), turned as the law will turn them, in `felt`, which is empty without damping.
+pub(super) fn remember(felt: &mut [Sym3], stresses: &[Sym3], increments: &IncrementBlock) {
+    for (p, (felt, stress)) in felt.iter_mut().zip(stresses).enumerate() {
+        *felt = stress.rotated(&rotation(&increments.at(p).spin));
+    }
+}
+
+/// After the law of a block: adds the resistance to the new stresses (Pa). `duration` is β/Δt (–).
+pub(super) fn resist(felt: &mut [Sym3], stresses: &[Sym3], duration: f64) {
+    for (felt, &stress) in felt.iter_mut().zip(stresses) {
+        *felt = stress + (stress - *felt) * duration;
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::tensor::Vector;
 
     #[test]
     fn growth_is_resisted_and_rotation_is_not() {
@@ -64,9 +61,10 @@ mod tests {
         let turned = old.rotated(&rotation(&spin));
         let mut stresses = vec![turned, old * 1.5];
         let mut viscosity = Viscosity::new(0.1, &[old; 2]);
-        let increments = [Increment { spin, ..Increment::default() }, Increment::default()];
-        viscosity.remember(0..2, &[old; 2], &increments);
-        viscosity.resist(0..2, &stresses, 4.0);
+        let mut increments = IncrementBlock::within(1.0);
+        increments.spin[2][0] = spin.z;
+        remember(viscosity.felt(), &[old; 2], &increments);
+        resist(viscosity.felt(), &stresses, 4.0);
         let own = stresses.clone();
         viscosity.swap(&mut stresses);
         // The first only turned; the second grew by half of the old, four times that is added.

@@ -39,11 +39,12 @@ impl<const D: usize> VelocityUpdate<D> for Apic<D> {
     fn add_momentum(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         transfer: &dyn Transfer<D>,
         particles: &Particles<D>,
         momentum: &mut [Vector<D>],
     ) {
-        transfer.spread_moments(grid, particles, &self.moments, momentum);
+        transfer.spread_moments(grid, active, particles, &self.moments, momentum);
     }
 
     fn look_at_grid(
@@ -55,6 +56,6 @@ impl<const D: usize> VelocityUpdate<D> for Apic<D> {
         particles: &mut Particles<D>,
     ) {
         self.moments.resize(particles.len(), Matrix::zeros());
-        transfer.velocity_moments(grid, particles, &nodes.velocity, &mut self.moments);
+        transfer.velocity_moments(grid, particles.places(), &nodes.velocity, &mut self.moments);
     }
 }

@@ -68,7 +68,7 @@ impl<const D: usize> Series<D> {
             self.seen[node as usize] = Vector::zeros();
         }
         take_velocities(grid, transfer, &self.term, particles);
-        transfer.spread_momentum(grid, particles, &mut self.seen);
+        transfer.spread_momentum(grid, active, particles, &mut self.seen);
         nodes.momenta_to_velocities(active, &mut self.seen);
         for &node in active.nodes() {
             let node = node as usize;
@@ -86,6 +86,6 @@ fn take_velocities<const D: usize>(
     particles: &mut Particles<D>,
 ) {
     let mut velocities = std::mem::take(&mut particles.velocity);
-    transfer.interpolate(grid, particles, at_nodes, &mut velocities);
+    transfer.interpolate(grid, particles.places(), at_nodes, &mut velocities);
     particles.velocity = velocities;
 }

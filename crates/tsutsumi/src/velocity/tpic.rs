@@ -1,8 +1,9 @@
 use super::{Gathered, VelocityUpdate};
 use crate::grid::{ActiveSet, Grid, NodeFields};
+use crate::law::BLOCK;
 use crate::particles::Particles;
 use crate::tensor::{Matrix, Vector};
-use crate::transfer::{BLOCK, Transfer};
+use crate::transfer::Transfer;
 
 /// TPIC, the Taylor particle-in-cell method: particles take the grid's velocity and its gradient.
 ///
@@ -46,11 +47,12 @@ impl<const D: usize> VelocityUpdate<D> for Tpic<D> {
     fn add_momentum(
         &self,
         grid: &Grid<D>,
+        active: &ActiveSet,
         transfer: &dyn Transfer<D>,
         particles: &Particles<D>,
         momentum: &mut [Vector<D>],
     ) {
-        transfer.spread_gradients(grid, particles, &self.gradients, momentum);
+        transfer.spread_gradients(grid, active, particles, &self.gradients, momentum);
     }
 
     fn look_at_grid(
@@ -67,7 +69,7 @@ impl<const D: usize> VelocityUpdate<D> for Tpic<D> {
             let start = number * BLOCK;
             let at_particles = &mut at_particles[..gradients.len()];
             let block = start..start + gradients.len();
-            transfer.velocity_gradients(grid, &nodes.velocity, particles, block, at_particles);
+            transfer.velocity_gradients(grid, &nodes.velocity, particles.places().part(block), at_particles);
             for (gradient, at) in gradients.iter_mut().zip(at_particles) {
                 *gradient = at.velocity_gradient;
             }

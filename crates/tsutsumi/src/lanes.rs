@@ -1,0 +1,187 @@
+//! Vectors of four numbers, as wide as the processor at hand can take them.
+//!
+//! A [`Kernel`] is compiled twice: for every processor, and for those with 256-bit vectors (AVX2), which [`run`] finds out. Both give the
+//! same bits: products and sums are not fused, and nothing is summed in another order.
+
+use std::ops::{Add, AddAssign, Mul, MulAssign};
+
+/// How four numbers are kept and calculated with.
+pub(crate) trait Vectors: Copy {
+    /// The four numbers.
+    type Four: Copy;
+
+    /// Four numbers from an array.
+    fn pack(self, values: [f64; 4]) -> Self::Four;
+    /// Four numbers as an array.
+    fn unpack(self, four: Self::Four) -> [f64; 4];
+    /// Sums, one by one.
+    fn add(self, a: Self::Four, b: Self::Four) -> Self::Four;
+    /// Products, one by one.
+    fn mul(self, a: Self::Four, b: Self::Four) -> Self::Four;
+}
+
+/// Work for which vectors matter. All that it calls must be inlined.
+pub(crate) trait Kernel {
+    /// Does the work.
+    fn run<V: Vectors>(self, vectors: V);
+}
+
+/// Runs a kernel with the widest vectors of this processor.
+#[inline(always)]
+pub(crate) fn run(kernel: impl Kernel) {
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = pulp::x86::V3::try_new() {
+        return pulp::Simd::vectorize(
+            avx2,
+            #[inline(always)]
+            || kernel.run(avx2),
+        );
+    }
+    kernel.run(Portable);
+}
+
+/// Vectors that every processor has.
+#[derive(Clone, Copy)]
+pub(crate) struct Portable;
+
+impl Vectors for Portable {
+    type Four = wide::f64x4;
+
+    #[inline(always)]
+    fn pack(self, values: [f64; 4]) -> Self::Four {
+        wide::f64x4::new(values)
+    }
+
+    #[inline(always)]
+    fn unpack(self, four: Self::Four) -> [f64; 4] {
+        four.to_array()
+    }
+
+    #[inline(always)]
+    fn add(self, a: Self::Four, b: Self::Four) -> Self::Four {
+        a + b
+    }
+
+    #[inline(always)]
+    fn mul(self, a: Self::Four, b: Self::Four) -> Self::Four {
+        a * b
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Vectors for pulp::x86::V3 {
+    type Four = pulp::f64x4;
+
+    #[inline(always)]
+    fn pack(self, values: [f64; 4]) -> Self::Four {
+        pulp::cast(values)
+    }
+
+    #[inline(always)]
+    fn unpack(self, four: Self::Four) -> [f64; 4] {
+        pulp::cast(four)
+    }
+
+    #[inline(always)]
+    fn add(self, a: Self::Four, b: Self::Four) -> Self::Four {
+        pulp::Simd::add_f64s(self, a, b)
+    }
+
+    #[inline(always)]
+    fn mul(self, a: Self::Four, b: Self::Four) -> Self::Four {
+        pulp::Simd::mul_f64s(self, a, b)
+    }
+}
+
+/// Four numbers side by side.
+#[derive(Clone, Copy)]
+pub(crate) struct Four<V: Vectors> {
+    vectors: V,
+    values: V::Four,
+}
+
+impl<V: Vectors> Four<V> {
+    /// Four numbers.
+    #[inline(always)]
+    pub(crate) fn new(vectors: V, values: [f64; 4]) -> Self {
+        Four { vectors, values: vectors.pack(values) }
+    }
+
+    /// Four times the same number.
+    #[inline(always)]
+    pub(crate) fn splat(vectors: V, value: f64) -> Self {
+        Four::new(vectors, [value; 4])
+    }
+
+    /// The four numbers.
+    #[inline(always)]
+    pub(crate) fn to_array(self) -> [f64; 4] {
+        self.vectors.unpack(self.values)
+    }
+}
+
+impl<V: Vectors> Add for Four<V> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Four { values: self.vectors.add(self.values, other.values), ..self }
+    }
+}
+
+impl<V: Vectors> AddAssign for Four<V> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+impl<V: Vectors> Mul for Four<V> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Four { values: self.vectors.mul(self.values, other.values), ..self }
+    }
+}
+
+impl<V: Vectors> MulAssign for Four<V> {
+    #[inline(always)]
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
+    }
+}
+
+impl<V: Vectors> Mul<f64> for Four<V> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, factor: f64) -> Self {
+        self * Four::splat(self.vectors, factor)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    struct Polynomial<'a>(&'a mut [f64; 4]);
+
+    impl Kernel for Polynomial<'_> {
+        fn run<V: Vectors>(self, vectors: V) {
+            let x = Four::new(vectors, *self.0);
+            *self.0 = ((x * x + x) * 3.0).to_array();
+        }
+    }
+
+    /// A fused product and sum would differ in the last bits.
+    #[test]
+    fn every_processor_gives_the_same_bits() {
+        let x = [0.1, 1.0 / 3.0, -7.3e5, 2.0_f64.sqrt()];
+        let (mut at_hand, mut portable) = (x, x);
+        run(Polynomial(&mut at_hand));
+        Polynomial(&mut portable).run(Portable);
+        assert_eq!(at_hand.map(f64::to_bits), portable.map(f64::to_bits));
+        assert_eq!(at_hand, x.map(|x| (x * x + x) * 3.0));
+    }
+}

@@ -1,0 +1,137 @@
+use crate::grid::Grid;
+use crate::particles::Places;
+use crate::shape::{CellOnAxis, ShapeFunction, Weights};
+use crate::tensor::Vector;
+
+/// A point's weights in its cell's stencil.
+pub(super) struct Stencil<const D: usize> {
+    pub(super) first_node: usize,
+    pub(super) strides: [usize; D],
+    pub(super) weights: [Weights; D],
+    pub(super) inverse_spacing: Vector<D>,
+}
+
+impl<const D: usize> Stencil<D> {
+    /// The stencil of a point of the cell with these numbers; the point and half size in spacings.
+    #[inline(always)]
+    pub(super) fn new<S: ShapeFunction>(
+        shape: &S,
+        grid: &Grid<D>,
+        index: [usize; D],
+        place: Vector<D>,
+        half_size: Vector<D>,
+    ) -> Self {
+        let strides = grid.node_strides();
+        let on_axis = |axis: usize| CellOnAxis { cell: index[axis], num_cells: grid.cells()[axis] };
+        let mut first_node = 0;
+        let mut weights = [Weights::default(); D];
+        for axis in 0..D {
+            first_node += shape.first_node(on_axis(axis)) * strides[axis];
+            weights[axis] = shape.weights(on_axis(axis), place[axis], half_size[axis]);
+        }
+        Stencil { first_node, strides, weights, inverse_spacing: grid.inverse_spacing() }
+    }
+
+    /// The stencil of a particle that is inside the grid.
+    #[inline(always)]
+    pub(super) fn of_particle<S: ShapeFunction>(shape: &S, grid: &Grid<D>, places: Places<D>, p: usize) -> Self {
+        let index = grid.index_of(&grid.in_spacings(&places.position[p]));
+        Stencil::of_particle_in(shape, grid, index, places, p)
+    }
+
+    /// The stencil of a particle that is in the cell with these numbers.
+    #[inline(always)]
+    pub(super) fn of_particle_in<S: ShapeFunction>(
+        shape: &S,
+        grid: &Grid<D>,
+        index: [usize; D],
+        places: Places<D>,
+        p: usize,
+    ) -> Self {
+        let place = grid.in_spacings(&places.position[p]);
+        let half_size = if S::BOX_STRETCHES { places.half_size[p] } else { places.half_size_at_start[p] };
+        let mut in_spacings = Vector::zeros();
+        for axis in 0..D {
+            in_spacings[axis] = half_size[axis] * grid.inverse_spacing()[axis];
+        }
+        Stencil::new(shape, grid, index, place, in_spacings)
+    }
+
+    /// The stencil of a point (m) of a cell.
+    #[inline(always)]
+    pub(super) fn of_point<S: ShapeFunction>(shape: &S, grid: &Grid<D>, cell: usize, point: &Vector<D>) -> Self {
+        Stencil::new(shape, grid, grid.cell_index(cell), grid.in_spacings(point), Vector::zeros())
+    }
+
+    /// Calls `visit(local, node, N, ∇N)` for each node of the stencil, x fastest.
+    #[inline(always)]
+    pub(super) fn visit<S: ShapeFunction>(&self, mut visit: impl FnMut(usize, usize, f64, [f64; D])) {
+        let along_x = &self.weights[0];
+        let inverse_spacing = self.inverse_spacing[0];
+        for row in 0..S::WIDTH.pow(D as u32 - 1) {
+            let Row { first_node, value, gradient } = self.row(S::WIDTH, row);
+            for k in 0..S::WIDTH {
+                let value_x = along_x.value[k];
+                let mut gradient = gradient;
+                gradient[0] = value * (along_x.gradient[k] * inverse_spacing);
+                for component in &mut gradient[1..] {
+                    *component *= value_x;
+                }
+                visit(row * S::WIDTH + k, first_node + k, value * value_x, gradient);
+            }
+        }
+    }
+
+    /// The first of the nodes along x that make row `number` of a stencil of this width.
+    #[inline(always)]
+    pub(super) fn first_node_of_row(&self, width: usize, number: usize) -> usize {
+        self.row(width, number).first_node
+    }
+
+    /// What the other axes make of the nodes along x.
+    #[inline(always)]
+    fn row(&self, width: usize, number: usize) -> Row<D> {
+        let mut rest = number;
+        let mut row = Row { first_node: self.first_node, value: 1.0, gradient: [1.0; D] };
+        for axis in 1..D {
+            let k = rest % width;
+            rest /= width;
+            row.first_node += k * self.strides[axis];
+            let weights = &self.weights[axis];
+            row.value *= weights.value[k];
+            for other in 1..D {
+                row.gradient[other] *= match other == axis {
+                    true => weights.gradient[k] * self.inverse_spacing[axis],
+                    false => weights.value[k],
+                };
+            }
+        }
+        row
+    }
+}
+
+/// Nodes along x that follow each other.
+struct Row<const D: usize> {
+    first_node: usize,
+    /// The product of the values along the other axes (–).
+    value: f64,
+    /// The same with the gradient along one of them (1/m); the one along x is not used.
+    gradient: [f64; D],
+}
+
+/// The weights of points, averaged over a cell.
+///
+/// Two Gauss points in each half of the cell: exact for functions that are cubic there. Quadratic splines have their knots half
+/// way between the nodes; two points in the whole cell would be 15 % off in the outer nodes.
+pub(super) fn mean_weights<S: ShapeFunction>(shape: &S, at: CellOnAxis) -> Weights {
+    let offset = 0.25 / 3.0_f64.sqrt();
+    let mut mean = Weights::default();
+    for xi in [0.25 - offset, 0.25 + offset, 0.75 - offset, 0.75 + offset] {
+        let weights = shape.weights(at, at.cell as f64 + xi, 0.0);
+        for k in 0..S::WIDTH {
+            mean.value[k] += 0.25 * weights.value[k];
+            mean.gradient[k] += 0.25 * weights.gradient[k];
+        }
+    }
+    mean
+}
