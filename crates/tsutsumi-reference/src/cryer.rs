@@ -92,6 +92,7 @@ impl Cryer {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closeness::assert_close;
 
     fn cryer() -> Cryer {
         let ground = Ground {
@@ -103,10 +104,6 @@ mod tests {
             fluid_modulus: f64::INFINITY,
         };
         Cryer { ground, radius: 1.0, load: 10e3, ramp: 0.0 }
-    }
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
     }
 
     /// An independent program's residue series, checked there by Laplace inversion: time (s), r (m), p (kPa), u at the

@@ -93,6 +93,7 @@ impl DeLeeuw {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closeness::assert_close;
 
     fn de_leeuw() -> DeLeeuw {
         let ground = Ground {
@@ -104,10 +105,6 @@ mod tests {
             fluid_modulus: f64::INFINITY,
         };
         DeLeeuw { ground, radius: 1.0, load: 10e3, ramp: 0.0 }
-    }
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
     }
 
     /// The field equations solved with Bessel functions of 30 digits, the two constants from the two boundary

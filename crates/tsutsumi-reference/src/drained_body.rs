@@ -270,15 +270,12 @@ fn bessel_far(x: Complex64, order: u8) -> Complex64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closeness::assert_close;
 
     const SHAPES: [Shape; 3] = [Shape::Slab, Shape::Cylinder, Shape::Sphere];
 
     fn body(shape: Shape, ratio: f64, ramp: f64) -> DrainedBody {
         DrainedBody { shape, undrained: 1.0, ratio, time_scale: 1.0, ramp }
-    }
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
     }
 
     /// Abramowitz and Stegun, tables 9.1 and 9.8: J₀, J₁ (along the imaginary axis) to ten digits, I₀ and I₁ as e^(−x)

@@ -148,6 +148,7 @@ impl Mandel {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closeness::assert_close;
 
     fn mandel() -> Mandel {
         let ground = Ground {
@@ -159,10 +160,6 @@ mod tests {
             fluid_modulus: 2.2e9,
         };
         Mandel { ground, half_width: 1.0, half_height: 1.0, force: 10e3, ramp: 0.0 }
-    }
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
     }
 
     /// The series of Cheng and Detournay in terms of B and ν_u, by an independent program, checked there by Laplace
