@@ -76,16 +76,7 @@ impl Cryer {
     }
 
     fn body(&self) -> DrainedBody {
-        let ground = &self.ground;
-        let bulk = ground.bulk_modulus();
-        let coupling = 4.0 * ground.shear_modulus() / (3.0 * ground.oedometric_modulus() * bulk);
-        DrainedBody {
-            shape: Shape::Sphere,
-            undrained: self.load / bulk / (ground.storage() + coupling),
-            ratio: 1.0 + ground.storage() / coupling,
-            time_scale: self.radius * self.radius / ground.consolidation_coefficient(),
-            ramp: self.ramp,
-        }
+        DrainedBody::new(Shape::Sphere, &self.ground, self.radius, self.load, self.ramp)
     }
 }
 

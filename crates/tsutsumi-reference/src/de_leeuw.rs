@@ -77,16 +77,7 @@ impl DeLeeuw {
     }
 
     fn body(&self) -> DrainedBody {
-        let ground = &self.ground;
-        let plane = ground.lame_modulus() + ground.shear_modulus();
-        let coupling = ground.shear_modulus() / (ground.oedometric_modulus() * plane);
-        DrainedBody {
-            shape: Shape::Cylinder,
-            undrained: self.load / plane / (ground.storage() + coupling),
-            ratio: 1.0 + ground.storage() / coupling,
-            time_scale: self.radius * self.radius / ground.consolidation_coefficient(),
-            ramp: self.ramp,
-        }
+        DrainedBody::new(Shape::Cylinder, &self.ground, self.radius, self.load, self.ramp)
     }
 }
 

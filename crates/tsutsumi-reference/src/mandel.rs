@@ -131,17 +131,9 @@ impl Mandel {
     }
 
     fn body(&self) -> DrainedBody {
-        let ground = &self.ground;
-        let plane = ground.lame_modulus() + ground.shear_modulus();
-        let coupling = ground.shear_modulus() / (ground.oedometric_modulus() * plane);
-        let squeeze = self.force / (2.0 * self.half_width * plane);
-        DrainedBody {
-            shape: Shape::Slab,
-            undrained: squeeze / (ground.storage() + coupling),
-            ratio: 1.0 + ground.storage() / coupling,
-            time_scale: self.half_width * self.half_width / ground.consolidation_coefficient(),
-            ramp: self.ramp,
-        }
+        // The sides carry nothing: half of the plates' F/a on the mean of the two directions.
+        let mean_load = self.force / (2.0 * self.half_width);
+        DrainedBody::new(Shape::Slab, &self.ground, self.half_width, mean_load, self.ramp)
     }
 }
 
