@@ -44,7 +44,7 @@ const INTERRUPTED: u8 = 130;
 
 /// Tsutsumi: the MPM–FDM laboratory for saturated ground.
 #[derive(Debug, Parser)]
-#[command(name = "tsutsumi", version, about, max_term_width = 100)]
+#[command(name = "tsutsumi", version, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
