@@ -21,7 +21,7 @@
 //! | [`law`] | constitutive laws of the effective stress |
 //! | [`element`] | element tests: one specimen under mixed control of stress and strain |
 //! | [`transfer`] | sums from particles to nodes and back |
-//! | [`velocity`] | velocity updates: MPM①, MPM②, FLIP, APIC, XPIC |
+//! | [`velocity`] | velocity updates: MPM①, MPM②, FLIP, APIC, TPIC, XPIC, FMPM |
 //! | [`damping`] | damping of the nodes' motion, for states of rest |
 //! | [`pressure`] | pore pressure, coupled with the momentum balance |
 //! | [`boundary`] | supports and loads |
