@@ -296,7 +296,8 @@ impl<'a> Walk<'a> {
     }
 }
 
-fn one_line(text: Option<&str>) -> String {
+/// A text without its line breaks.
+pub(crate) fn one_line(text: Option<&str>) -> String {
     text.unwrap_or_default().split_whitespace().collect::<Vec<_>>().join(" ")
 }
 

@@ -16,7 +16,7 @@
 //!
 //! | module | what is in it |
 //! |---|---|
-//! | `schema`, `source`, `validate`, `error` | the case file: types, text with places, checks, messages |
+//! | `schema`, `source`, `validate`, `file_checks`, `error` | the case file: types, text with places, checks, messages |
 //! | [`registry`] | the names of the variants: the only file that knows them |
 //! | `motions` | the exact motions by name |
 //! | [`model`], `fill`, [`build`], [`simulation`] | a case in motion |
@@ -34,6 +34,7 @@ mod deserializer;
 pub mod element;
 mod error;
 pub mod figures;
+mod file_checks;
 mod file_kind;
 mod fill;
 mod folder;

@@ -20,7 +20,7 @@ use tsutsumi::tensor::Sym3;
 use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Apic, Flip, Fmpm, Mpm1, Mpm2, Tpic, VelocityUpdate, Xpic};
 
-use crate::json_schema::element_test_schema;
+use crate::json_schema::{element_test_schema, one_line};
 use crate::motions::motion_schemas;
 use crate::schema::Method;
 use crate::{CaseError, CaseSource, KeyPath, case_schema, did_you_mean};
@@ -179,18 +179,15 @@ pub struct LawSummary<'a> {
 }
 
 impl LawSummary<'_> {
-    /// What the law is: the first paragraph of its documentation.
-    pub fn description(&self) -> &str {
-        let text = self.schema.get("description").and_then(Value::as_str).unwrap_or_default();
-        text.split("\n\n").next().unwrap_or_default()
+    /// What the law is, in one line: the first paragraph of its documentation.
+    pub fn description(&self) -> String {
+        one_line(self.schema["description"].as_str().and_then(|text| text.split("\n\n").next()))
     }
 
-    /// The parameters and what each means.
-    pub fn parameters(&self) -> impl Iterator<Item = (&str, &str)> {
+    /// The parameters and what each means, in one line.
+    pub fn parameters(&self) -> impl Iterator<Item = (&str, String)> {
         let properties = self.schema.get("properties").and_then(Value::as_object);
-        properties.into_iter().flatten().map(|(name, schema)| {
-            (name.as_str(), schema.get("description").and_then(Value::as_str).unwrap_or_default())
-        })
+        properties.into_iter().flatten().map(|(name, schema)| (name.as_str(), one_line(schema["description"].as_str())))
     }
 }
 

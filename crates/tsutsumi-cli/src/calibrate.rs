@@ -5,10 +5,10 @@ use std::sync::atomic::Ordering;
 
 use clap::Args;
 use tsutsumi_case::calibration::{Calibration, CalibrationError, CalibrationOptions, CalibrationSummary};
-use tsutsumi_case::{Outcome, Registry, ResultsError};
+use tsutsumi_case::{Outcome, Registry};
 
 use crate::progress::stop_on_signal;
-use crate::{INPUT_WRONG, INTERRUPTED, RUN_FAILED, print, refuse};
+use crate::{INPUT_WRONG, INTERRUPTED, RUN_FAILED, print, refuse, without_results};
 
 #[derive(Debug, Args)]
 pub(crate) struct CalibrateArguments {
@@ -37,16 +37,11 @@ pub(crate) fn calibrate(arguments: &CalibrateArguments, registry: &Registry) -> 
     match tsutsumi_case::calibration::calibrate(&calibration, registry, &options, &stop) {
         Ok(summary) => report(&summary, arguments.quiet),
         Err(CalibrationError::Case(error)) => refuse(&error),
-        Err(error) => {
+        Err(error @ CalibrationError::NotACalibration { .. }) => {
             eprintln!("error: {error}");
-            match error {
-                CalibrationError::NotACalibration { .. }
-                | CalibrationError::Results(ResultsError::NotAFolder { .. } | ResultsError::Occupied { .. }) => {
-                    INPUT_WRONG
-                }
-                _ => RUN_FAILED,
-            }
+            INPUT_WRONG
         }
+        Err(CalibrationError::Results(error)) => without_results(&error),
     }
 }
 

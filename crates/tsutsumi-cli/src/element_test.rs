@@ -8,10 +8,10 @@ use clap::Args;
 use tsutsumi_case::element::{
     ElementTest, ResistancePoint, StageReport, TestError, TestOptions, TestSummary, run_element_test,
 };
-use tsutsumi_case::{Outcome, Registry, ResultsError};
+use tsutsumi_case::{Outcome, Registry};
 
 use crate::progress::stop_on_signal;
-use crate::{INPUT_WRONG, INTERRUPTED, RUN_FAILED, print, refuse};
+use crate::{INPUT_WRONG, INTERRUPTED, RUN_FAILED, print, refuse, without_results};
 
 #[derive(Debug, Args)]
 pub(crate) struct ElementTestArguments {
@@ -45,14 +45,11 @@ pub(crate) fn element_test(arguments: &ElementTestArguments, registry: &Registry
     match run_element_test(&test, registry, &options, &|| stop.load(Ordering::Relaxed)) {
         Ok(summary) => report(&summary, arguments.quiet),
         Err(TestError::Case(error)) => refuse(&error),
-        Err(error) => {
+        Err(error @ TestError::NotATest { .. }) => {
             eprintln!("error: {error}");
-            match error {
-                TestError::NotATest { .. }
-                | TestError::Results(ResultsError::NotAFolder { .. } | ResultsError::Occupied { .. }) => INPUT_WRONG,
-                _ => RUN_FAILED,
-            }
+            INPUT_WRONG
         }
+        Err(TestError::Results(error)) => without_results(&error),
     }
 }
 

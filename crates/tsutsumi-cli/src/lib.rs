@@ -44,7 +44,7 @@ const INTERRUPTED: u8 = 130;
 
 /// Tsutsumi: the MPM–FDM laboratory for saturated ground.
 #[derive(Debug, Parser)]
-#[command(name = "tsutsumi", version, about, max_term_width = 100)]
+#[command(name = "tsutsumi", version, max_term_width = 100)]
 struct Arguments {
     #[command(subcommand)]
     command: Command,
@@ -158,6 +158,17 @@ fn refuse(error: &CaseError) -> u8 {
     INPUT_WRONG
 }
 
+/// Says why results could not be written; the exit code is that of wrong input where another folder is the remedy.
+fn without_results(error: &ResultsError) -> u8 {
+    eprintln!("error: {error}");
+    match error {
+        ResultsError::Occupied { .. } | ResultsError::NotAFolder { .. } | ResultsError::OverTheCase { .. } => {
+            INPUT_WRONG
+        }
+        ResultsError::Write { .. } | ResultsError::Vtk(_) | ResultsError::Figure(_) => RUN_FAILED,
+    }
+}
+
 fn check_case(arguments: &CheckArguments, registry: &Registry) -> u8 {
     let report = open(&arguments.case).and_then(|source| check(&source, registry, arguments.case.allow_unstable));
     match report {
@@ -182,15 +193,7 @@ fn run_case(arguments: &RunArguments, registry: &Registry) -> u8 {
     match result {
         Ok(summary) => report(&summary, arguments.quiet),
         Err(RunError::Case(error)) => refuse(&error),
-        Err(RunError::Results(error)) => {
-            eprintln!("error: {error}");
-            match error {
-                ResultsError::Occupied { .. } | ResultsError::NotAFolder { .. } | ResultsError::OverTheCase { .. } => {
-                    INPUT_WRONG
-                }
-                _ => RUN_FAILED,
-            }
-        }
+        Err(RunError::Results(error)) => without_results(&error),
     }
 }
 

@@ -11,10 +11,10 @@ use std::time::Instant;
 use clap::Args;
 use indicatif::ProgressBar;
 use tsutsumi_case::study::{RunReport, Study, StudyError, StudyObserver, StudyOptions, StudySummary, run_study};
-use tsutsumi_case::{Outcome, Progress, Registry, ResultsError, Wish};
+use tsutsumi_case::{Outcome, Progress, Registry, Wish};
 
 use crate::progress::{BETWEEN_LINES, FIRST_LINE, RESOLUTION, bar, stop_on_signal};
-use crate::{INPUT_WRONG, INTERRUPTED, RUN_FAILED, print, refuse};
+use crate::{INPUT_WRONG, INTERRUPTED, RUN_FAILED, print, refuse, without_results};
 
 #[derive(Debug, Args)]
 pub(crate) struct StudyArguments {
@@ -49,14 +49,10 @@ pub(crate) fn study(arguments: &StudyArguments, registry: &Registry) -> u8 {
     display.finish();
     match result {
         Ok(summary) => report(&summary, arguments.quiet),
-        Err(error) => {
+        Err(StudyError::Results(error)) => without_results(&error),
+        Err(error @ (StudyError::NotAStudy { .. } | StudyError::Occupied { .. })) => {
             eprintln!("error: {error}");
-            match error {
-                StudyError::NotAStudy { .. }
-                | StudyError::Occupied { .. }
-                | StudyError::Results(ResultsError::NotAFolder { .. }) => INPUT_WRONG,
-                StudyError::Results(_) => RUN_FAILED,
-            }
+            INPUT_WRONG
         }
     }
 }

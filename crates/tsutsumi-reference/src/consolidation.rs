@@ -203,6 +203,7 @@ impl Consolidation {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closeness::assert_close;
 
     /// The material of Goto et al. with an incompressible fluid: c_v = 0.0928 m²/s.
     fn layer(height: f64) -> Layer {
@@ -211,10 +212,6 @@ mod tests {
     }
 
     const RAMP: Ramp = Ramp { load: 50e3, duration: 1000.0 };
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
-    }
 
     /// Terzaghi's table: base p_w/q, mid-height p_w/q and U at time factors T, five digits (Taylor 1948 and every
     /// textbook since; recomputed independently).

@@ -76,22 +76,14 @@ impl Cryer {
     }
 
     fn body(&self) -> DrainedBody {
-        let ground = &self.ground;
-        let bulk = ground.bulk_modulus();
-        let coupling = 4.0 * ground.shear_modulus() / (3.0 * ground.oedometric_modulus() * bulk);
-        DrainedBody {
-            shape: Shape::Sphere,
-            undrained: self.load / bulk / (ground.storage() + coupling),
-            ratio: 1.0 + ground.storage() / coupling,
-            time_scale: self.radius * self.radius / ground.consolidation_coefficient(),
-            ramp: self.ramp,
-        }
+        DrainedBody::new(Shape::Sphere, &self.ground, self.radius, self.load, self.ramp)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closeness::assert_close;
 
     fn cryer() -> Cryer {
         let ground = Ground {
@@ -103,10 +95,6 @@ mod tests {
             fluid_modulus: f64::INFINITY,
         };
         Cryer { ground, radius: 1.0, load: 10e3, ramp: 0.0 }
-    }
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
     }
 
     /// An independent program's residue series, checked there by Laplace inversion: time (s), r (m), p (kPa), u at the

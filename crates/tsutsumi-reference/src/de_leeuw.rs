@@ -77,22 +77,14 @@ impl DeLeeuw {
     }
 
     fn body(&self) -> DrainedBody {
-        let ground = &self.ground;
-        let plane = ground.lame_modulus() + ground.shear_modulus();
-        let coupling = ground.shear_modulus() / (ground.oedometric_modulus() * plane);
-        DrainedBody {
-            shape: Shape::Cylinder,
-            undrained: self.load / plane / (ground.storage() + coupling),
-            ratio: 1.0 + ground.storage() / coupling,
-            time_scale: self.radius * self.radius / ground.consolidation_coefficient(),
-            ramp: self.ramp,
-        }
+        DrainedBody::new(Shape::Cylinder, &self.ground, self.radius, self.load, self.ramp)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closeness::assert_close;
 
     fn de_leeuw() -> DeLeeuw {
         let ground = Ground {
@@ -104,10 +96,6 @@ mod tests {
             fluid_modulus: f64::INFINITY,
         };
         DeLeeuw { ground, radius: 1.0, load: 10e3, ramp: 0.0 }
-    }
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
     }
 
     /// The field equations solved with Bessel functions of 30 digits, the two constants from the two boundary

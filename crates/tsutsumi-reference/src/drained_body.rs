@@ -1,15 +1,23 @@
 //! What Mandel's slab, de Leeuw's cylinder and Cryer's sphere have in common.
 //!
-//! In all three the displacement follows from the pressure p(r,t) by integration, and what is left of the balances of
-//! momentum and water is diffusion that is fed by the mean pressure of the body. With ρ = r/a and T = c t/a²:
+//! In all three the displacement follows from the pressure p(r,t) by integration, and the strain of volume is
 //!
 //! ```text
-//! ∂p/∂T + 1/(h−1) d⟨p⟩/dT = ∇²p + p₀ h/(h−1) dq/dT        p(1,T) = 0        ⟨p⟩ = d ∫₀¹ ρ^(d−1) p dρ
+//! ε_v = p/M + C ⟨p⟩ − q/S        C = 1/S − 1/M        ⟨ε_v⟩ = (⟨p⟩ − q)/S
 //! ```
 //!
-//! where d = 1, 2, 3 is the number of directions in which water flows, q(T) the history of the load (0 to 1), p₀ the
-//! pressure that the whole load leaves undrained, and h−1 the storage over the coupling with the mean (each problem
-//! says its own). For a load put on at once,
+//! where q is the mean of the total normal stresses (positive in compression) over the directions in which the body can
+//! strain, S the stiffness against a strain of volume in these directions (λ+G in plane strain, K in three), and
+//! M = λ+2G. What is left of the balances of momentum and water is diffusion that is fed by the mean pressure of the
+//! body. With ρ = r/a and T = c t/a²:
+//!
+//! ```text
+//! ∂p/∂T + 1/(h−1) d⟨p⟩/dT = ∇²p + p₀ h/(h−1) df/dT        p(1,T) = 0        ⟨p⟩ = d ∫₀¹ ρ^(d−1) p dρ
+//! h = 1 + (1/M + n/K^f)/C        p₀ = q/(S (1/S + n/K^f))
+//! ```
+//!
+//! where d = 1, 2, 3 is the number of directions in which water flows, f(T) the history of the load (0 to 1), and p₀ the
+//! pressure that the whole load leaves undrained. For a load put on at once,
 //!
 //! ```text
 //! p̂(ρ,s) = p₀ h/(s (h − m(√s))) [1 − φ(√s ρ)/φ(√s)]        m(x) = ⟨φ(x ρ)⟩/φ(x) = d φ'(x)/(x φ(x))
@@ -26,6 +34,7 @@
 
 use std::f64::consts::PI;
 
+use crate::ground::Ground;
 use crate::laplace::{Complex64, talbot};
 
 /// The body, by the number of directions in which water flows.
@@ -51,7 +60,7 @@ pub(crate) struct DrainedBody {
     pub(crate) shape: Shape,
     /// The pressure p₀ that the whole load leaves undrained (Pa).
     pub(crate) undrained: f64,
-    /// The ratio h = 1 + storage/coupling (–).
+    /// The ratio h = 1 + (1/M + n/K^f)/C (–).
     pub(crate) ratio: f64,
     /// The time a²/c (s).
     pub(crate) time_scale: f64,
@@ -73,6 +82,23 @@ impl DrainedBody {
     /// T after which nothing is left of any mode: the slowest, the sphere's for ν = −0.9, has α² = 0.27 and leaves
     /// e^(−54).
     const OVER: f64 = 200.0;
+
+    /// A body of half-width or radius `size` (m) under the mean load q (Pa), which grows linearly in `ramp` seconds.
+    pub(crate) fn new(shape: Shape, ground: &Ground, size: f64, load: f64, ramp: f64) -> Self {
+        // S and M − S; C = (M − S)/(M S) does not cancel where S is nearly M.
+        let (stiffness, rest) = match shape {
+            Shape::Slab | Shape::Cylinder => (ground.lame_modulus() + ground.shear_modulus(), ground.shear_modulus()),
+            Shape::Sphere => (ground.bulk_modulus(), 4.0 / 3.0 * ground.shear_modulus()),
+        };
+        let coupling = rest / (ground.oedometric_modulus() * stiffness);
+        DrainedBody {
+            shape,
+            undrained: load / stiffness / (ground.storage() + coupling),
+            ratio: 1.0 + ground.storage() / coupling,
+            time_scale: size * size / ground.consolidation_coefficient(),
+            ramp,
+        }
+    }
 
     /// The pressure (Pa) at a time (s).
     ///
@@ -270,15 +296,12 @@ fn bessel_far(x: Complex64, order: u8) -> Complex64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closeness::assert_close;
 
     const SHAPES: [Shape; 3] = [Shape::Slab, Shape::Cylinder, Shape::Sphere];
 
     fn body(shape: Shape, ratio: f64, ramp: f64) -> DrainedBody {
         DrainedBody { shape, undrained: 1.0, ratio, time_scale: 1.0, ramp }
-    }
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
     }
 
     /// Abramowitz and Stegun, tables 9.1 and 9.8: J₀, J₁ (along the imaginary axis) to ten digits, I₀ and I₁ as e^(−x)
@@ -453,7 +476,7 @@ mod tests {
         }
     }
 
-    /// After a long ramp the flow is steady: ∇²p = −p₀ h/(h−1) dq/dT, so p = p₀ h/(h−1)/t_r (1 − ρ²)/(2d).
+    /// After a long ramp the flow is steady: ∇²p = −p₀ h/(h−1) df/dT, so p = p₀ h/(h−1)/t_r (1 − ρ²)/(2d).
     #[test]
     fn long_ramps_become_steady() {
         for shape in SHAPES {

@@ -127,10 +127,7 @@ impl FourierSeries {
 #[cfg(test)]
 mod tests {
     use super::*;
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
-    }
+    use crate::closeness::assert_close;
 
     /// Poles and branch cuts on the negative real axis; the bound is the stated accuracy.
     #[test]

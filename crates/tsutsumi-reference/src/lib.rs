@@ -30,6 +30,8 @@
 
 pub mod bearing;
 mod bessel;
+#[cfg(test)]
+mod closeness;
 pub mod column_collapse;
 pub mod consolidation;
 pub mod cryer;

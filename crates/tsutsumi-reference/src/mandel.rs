@@ -131,23 +131,16 @@ impl Mandel {
     }
 
     fn body(&self) -> DrainedBody {
-        let ground = &self.ground;
-        let plane = ground.lame_modulus() + ground.shear_modulus();
-        let coupling = ground.shear_modulus() / (ground.oedometric_modulus() * plane);
-        let squeeze = self.force / (2.0 * self.half_width * plane);
-        DrainedBody {
-            shape: Shape::Slab,
-            undrained: squeeze / (ground.storage() + coupling),
-            ratio: 1.0 + ground.storage() / coupling,
-            time_scale: self.half_width * self.half_width / ground.consolidation_coefficient(),
-            ramp: self.ramp,
-        }
+        // The sides carry nothing: half of the plates' F/a on the mean of the two directions.
+        let mean_load = self.force / (2.0 * self.half_width);
+        DrainedBody::new(Shape::Slab, &self.ground, self.half_width, mean_load, self.ramp)
     }
 }
 
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closeness::assert_close;
 
     fn mandel() -> Mandel {
         let ground = Ground {
@@ -159,10 +152,6 @@ mod tests {
             fluid_modulus: 2.2e9,
         };
         Mandel { ground, half_width: 1.0, half_height: 1.0, force: 10e3, ramp: 0.0 }
-    }
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
     }
 
     /// The series of Cheng and Detournay in terms of B and ν_u, by an independent program, checked there by Laplace

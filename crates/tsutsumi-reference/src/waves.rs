@@ -259,6 +259,7 @@ impl Column {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::closeness::assert_close;
     use crate::consolidation::{Layer, Ramp};
 
     const MODELS: [Model; 3] = [Model::Up, Model::Upna, Model::Biot];
@@ -274,10 +275,6 @@ mod tests {
             fluid_modulus: 2.2e9,
         };
         Column { ground, height: 10.0, density: 1500.0, fluid_density: 1000.0 }
-    }
-
-    fn assert_close(value: f64, expected: f64, tolerance: f64) {
-        assert!((value - expected).abs() <= tolerance, "{value} is not {expected} ± {tolerance}");
     }
 
     /// Amplitudes for a load of 1 kPa by an independent program (a 4×4 complex eigenproblem, checked there by

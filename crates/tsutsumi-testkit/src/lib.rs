@@ -7,6 +7,7 @@
 //! | [`compare`] | [`assert_close`](compare::assert_close), the observed order of convergence |
 //! | [`law`] | [`check_law`]: what every constitutive law must satisfy |
 //! | [`shape`] | [`check_shape`]: what every shape function must satisfy |
+//! | [`soils`] | soils with the parameters of their laws, and where they are from |
 //! | [`snapshot`] | [`Numbers`](snapshot::Numbers): snapshots of curves, compared with a tolerance |
 //! | [`noise`] | numbers without a pattern, the same in every run |
 //!
@@ -19,6 +20,7 @@ pub mod noise;
 pub mod reading;
 pub mod shape;
 pub mod snapshot;
+pub mod soils;
 
 pub use law::check_law;
 pub use shape::check_shape;

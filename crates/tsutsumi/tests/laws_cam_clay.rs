@@ -5,6 +5,7 @@
 use tsutsumi::law::{CamClayState, ConstitutiveLaw, LawError, ModifiedCamClay};
 use tsutsumi::tensor::Sym3;
 use tsutsumi_testkit::law::{LawPath, check_law};
+use tsutsumi_testkit::soils::MORIKAWA_ASAI_CLAY;
 
 /// M, λ and κ of GeoTaichi's test of modified Cam-Clay, with p₀ = 303 kPa and p_c = 392 kPa; the void ratio is chosen: no result below depends on it.
 const GEOTAICHI: ModifiedCamClay = ModifiedCamClay {
@@ -18,21 +19,9 @@ const GEOTAICHI: ModifiedCamClay = ModifiedCamClay {
     overconsolidation_ratio: 1.0,
 };
 
-/// The clay of Morikawa and Asai: porosity 0.5, p_c = 600 kPa.
-const MORIKAWA_ASAI: ModifiedCamClay = ModifiedCamClay {
-    critical_state_ratio: 1.2,
-    lambda: 0.2,
-    kappa: 0.05,
-    poisson: Some(0.3),
-    shear_modulus: None,
-    void_ratio: 1.0,
-    preconsolidation_pressure: 600e3,
-    overconsolidation_ratio: 1.0,
-};
-
 /// The four tests of the table: law, p₀ (Pa).
 const TESTS: [(ModifiedCamClay, f64); 4] =
-    [(GEOTAICHI, 303e3), (GEOTAICHI, 392e3), (MORIKAWA_ASAI, 400e3), (MORIKAWA_ASAI, 100e3)];
+    [(GEOTAICHI, 303e3), (GEOTAICHI, 392e3), (MORIKAWA_ASAI_CLAY, 400e3), (MORIKAWA_ASAI_CLAY, 100e3)];
 
 /// A specimen in triaxial compression along z.
 struct Specimen {
@@ -96,9 +85,9 @@ fn off(value: f64, expected: f64) -> f64 {
 
 #[test]
 fn the_law_keeps_the_contract() {
-    let constant_shear = ModifiedCamClay { poisson: None, shear_modulus: Some(5e6), ..MORIKAWA_ASAI };
+    let constant_shear = ModifiedCamClay { poisson: None, shear_modulus: Some(5e6), ..MORIKAWA_ASAI_CLAY };
     let normal = |law| ModifiedCamClay { preconsolidation_pressure: 0.0, ..law };
-    for law in [GEOTAICHI, MORIKAWA_ASAI, constant_shear, normal(MORIKAWA_ASAI), normal(constant_shear)] {
+    for law in [GEOTAICHI, MORIKAWA_ASAI_CLAY, constant_shear, normal(MORIKAWA_ASAI_CLAY), normal(constant_shear)] {
         check_law(&law).unwrap();
         // Strains far beyond yield, and a stress at the start with shear.
         let sheared = Sym3 { xx: -60e3, yy: -90e3, zz: -120e3, xy: 20e3, yz: -10e3, zx: 5e3 };
@@ -106,7 +95,7 @@ fn the_law_keeps_the_contract() {
     }
     // The dry side.
     LawPath { stress: Sym3::IDENTITY * -20e3, strain: 1e-3, increments: 80, ..LawPath::default() }
-        .check(&MORIKAWA_ASAI)
+        .check(&MORIKAWA_ASAI_CLAY)
         .unwrap();
 }
 
@@ -114,7 +103,7 @@ fn the_law_keeps_the_contract() {
 #[test]
 fn compression_and_swelling_lines_are_straight() {
     for steps in [1, 10] {
-        let mut clay = Specimen::new(ModifiedCamClay { preconsolidation_pressure: 0.0, ..MORIKAWA_ASAI }, 100e3);
+        let mut clay = Specimen::new(ModifiedCamClay { preconsolidation_pressure: 0.0, ..MORIKAWA_ASAI_CLAY }, 100e3);
         let volume = |clay: &Specimen| 1.0 + clay.state.void_ratio;
         for _ in 0..steps {
             clay.strain(Sym3::IDENTITY * (-0.1 / 3.0 / f64::from(steps)));
@@ -213,7 +202,7 @@ fn undrained_paths_follow_the_closed_form_all_along() {
 #[test]
 fn the_shear_strain_converges_to_its_closed_form() {
     let shear_modulus = 10e6;
-    let law = ModifiedCamClay { poisson: None, shear_modulus: Some(shear_modulus), ..MORIKAWA_ASAI };
+    let law = ModifiedCamClay { poisson: None, shear_modulus: Some(shear_modulus), ..MORIKAWA_ASAI_CLAY };
     let (m, rate) = (law.critical_state_ratio, law.kappa * 0.75 / 2.0);
     let primitive = |eta: f64| (((m + eta) / (m - eta)).ln() - 2.0 * (eta / m).atan()) / m;
     let error = |steps: u32| {
@@ -273,7 +262,7 @@ fn work_round_a_rectangle(law: &ModifiedCamClay, volume: Sym3, shear: Sym3) -> f
 #[test]
 fn elasticity_has_an_energy_with_a_constant_shear_modulus_only() {
     let (volume, shear) = (Sym3::IDENTITY * 5e-3, Sym3::diagonal(2e-3, 2e-3, -4e-3));
-    let constant = ModifiedCamClay { poisson: None, shear_modulus: Some(3e6), ..MORIKAWA_ASAI };
+    let constant = ModifiedCamClay { poisson: None, shear_modulus: Some(3e6), ..MORIKAWA_ASAI_CLAY };
     // Round-off of 16000 steps of some hundreds of J/m³ in all.
     assert!(work_round_a_rectangle(&constant, volume, shear).abs() < 1e-9);
 
@@ -281,7 +270,7 @@ fn elasticity_has_an_energy_with_a_constant_shear_modulus_only() {
     let modulus = |v: f64| 0.6 / 1.3 * v / 0.05 * 100e3 * ((2.0 - v) / 0.05).exp();
     let expected = (modulus(2.0 * 0.015_f64.exp()) - modulus(2.0)) * 24e-6;
     assert!((expected + 19.7).abs() < 0.1);
-    assert!(off(work_round_a_rectangle(&MORIKAWA_ASAI, volume, shear), expected) < 1e-8);
+    assert!(off(work_round_a_rectangle(&MORIKAWA_ASAI_CLAY, volume, shear), expected) < 1e-8);
 }
 
 #[test]
@@ -290,17 +279,19 @@ fn the_start_sets_the_preconsolidation_pressure() {
     // p = 70 kPa, q = 60 kPa, M = 1.2: p + q²/(M² p) = 70 + 3600/100.8 kPa.
     let through = 70e3 + 3600e3 / 100.8;
     let start = |law: ModifiedCamClay| law.initial_state(stress).preconsolidation_pressure;
-    let by_ratio = ModifiedCamClay { preconsolidation_pressure: 0.0, overconsolidation_ratio: 1.5, ..MORIKAWA_ASAI };
+    let by_ratio =
+        ModifiedCamClay { preconsolidation_pressure: 0.0, overconsolidation_ratio: 1.5, ..MORIKAWA_ASAI_CLAY };
     assert!(off(start(by_ratio), 1.5 * through) < 1e-14);
-    assert_eq!(start(MORIKAWA_ASAI), 600e3);
+    assert_eq!(start(MORIKAWA_ASAI_CLAY), 600e3);
     // A pressure that leaves the stress outside gives way.
-    assert!(off(start(ModifiedCamClay { preconsolidation_pressure: 80e3, ..MORIKAWA_ASAI }), through) < 1e-14);
+    assert!(off(start(ModifiedCamClay { preconsolidation_pressure: 80e3, ..MORIKAWA_ASAI_CLAY }), through) < 1e-14);
 }
 
 #[test]
 fn a_stress_without_compression_is_refused() {
     for stress in [Sym3::ZERO, Sym3::IDENTITY * 1e3] {
-        let error = MORIKAWA_ASAI.update(stress, MORIKAWA_ASAI.initial_state(stress), Sym3::ZERO).unwrap_err();
+        let error =
+            MORIKAWA_ASAI_CLAY.update(stress, MORIKAWA_ASAI_CLAY.initial_state(stress), Sym3::ZERO).unwrap_err();
         assert!(matches!(error, LawError::NoCompression { .. }), "{error}");
     }
 }
@@ -310,7 +301,7 @@ fn a_stress_without_compression_is_refused() {
 fn violent_steps_end_on_the_yield_surface() {
     for factor in [1e-6, 1e-3, 0.1, 0.3] {
         for (volume, shear) in [(-1.0, 1.0), (1.0, 1.0), (0.0, 3.0), (-1.0, 0.0), (0.5, -2.0)] {
-            let mut clay = Specimen::new(MORIKAWA_ASAI, 400e3);
+            let mut clay = Specimen::new(MORIKAWA_ASAI_CLAY, 400e3);
             let strain = Sym3 { xy: factor * shear, ..Sym3::IDENTITY * (factor * volume / 3.0) };
             clay.strain(strain);
             clay.strain(strain);
@@ -328,9 +319,12 @@ fn parameters_out_of_range_are_named() {
         Err(LawError::Parameter { name, .. }) => name,
         other => panic!("{other:?}"),
     };
-    assert_eq!(named(ModifiedCamClay { lambda: 0.05, ..MORIKAWA_ASAI }), "lambda");
-    assert_eq!(named(ModifiedCamClay { shear_modulus: Some(1e6), ..MORIKAWA_ASAI }), "shear_modulus");
-    assert_eq!(named(ModifiedCamClay { poisson: Some(0.5), ..MORIKAWA_ASAI }), "poisson");
-    assert_eq!(named(ModifiedCamClay { overconsolidation_ratio: 0.9, ..MORIKAWA_ASAI }), "overconsolidation_ratio");
-    assert_eq!(named(ModifiedCamClay { void_ratio: 0.0, ..MORIKAWA_ASAI }), "void_ratio");
+    assert_eq!(named(ModifiedCamClay { lambda: 0.05, ..MORIKAWA_ASAI_CLAY }), "lambda");
+    assert_eq!(named(ModifiedCamClay { shear_modulus: Some(1e6), ..MORIKAWA_ASAI_CLAY }), "shear_modulus");
+    assert_eq!(named(ModifiedCamClay { poisson: Some(0.5), ..MORIKAWA_ASAI_CLAY }), "poisson");
+    assert_eq!(
+        named(ModifiedCamClay { overconsolidation_ratio: 0.9, ..MORIKAWA_ASAI_CLAY }),
+        "overconsolidation_ratio"
+    );
+    assert_eq!(named(ModifiedCamClay { void_ratio: 0.0, ..MORIKAWA_ASAI_CLAY }), "void_ratio");
 }

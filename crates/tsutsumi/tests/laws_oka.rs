@@ -10,29 +10,10 @@ use tsutsumi::tensor::Sym3;
 use tsutsumi_testkit::check_law;
 use tsutsumi_testkit::law::LawPath;
 use tsutsumi_testkit::noise::Noise;
+use tsutsumi_testkit::soils::CYCLIC_SAND;
 
 /// Mean effective stress at the start (Pa).
 const START: f64 = 98e3;
-
-/// Illustrative, not a named sand; ranges of magnitude as recalled from applications of the law.
-const SET_A: OkaCyclic = OkaCyclic {
-    void_ratio: 0.8,
-    compression_index: 0.02,
-    swelling_index: 0.002,
-    shear_modulus_ratio: 900.0,
-    phase_transformation_ratio: 0.91,
-    failure_ratio: 1.23,
-    hardening: 2000.0,
-    hardening_least: 20.0,
-    hardening_decay: 1000.0,
-    plastic_reference_strain: 0.005,
-    elastic_reference_strain: 0.01,
-    dilatancy: 2.0,
-    dilatancy_exponent: 1.5,
-    overconsolidation_ratio: 1.2,
-    elastic_radius: 0.005,
-    least_pressure: 490.0,
-};
 
 /// A moment of stress reversal.
 #[derive(Debug, Clone, Copy, Default)]
@@ -214,12 +195,12 @@ impl<'a> Reduced<'a> {
 
 #[test]
 fn the_contract_of_laws_is_kept() {
-    check_law(&SET_A).unwrap();
-    check_law(&OkaCyclic { hardening_decay: 0.0, dilatancy: 0.5, ..SET_A }).unwrap();
+    check_law(&CYCLIC_SAND).unwrap();
+    check_law(&OkaCyclic { hardening_decay: 0.0, dilatancy: 0.5, ..CYCLIC_SAND }).unwrap();
     // From anisotropic consolidation, and with strains that go through phase transformation.
     let stress = Sym3::diagonal(-50e3, -50e3, -100e3);
-    LawPath { stress, ..LawPath::default() }.check(&SET_A).unwrap();
-    LawPath { strain: 1e-3, ..LawPath::default() }.check(&SET_A).unwrap();
+    LawPath { stress, ..LawPath::default() }.check(&CYCLIC_SAND).unwrap();
+    LawPath { strain: 1e-3, ..LawPath::default() }.check(&CYCLIC_SAND).unwrap();
 }
 
 /// Double amplitude that counts as liquefaction (–).
@@ -239,7 +220,7 @@ fn cyclic_shear_follows_the_reduced_equations_up_to_cyclic_mobility() {
         [(0.12, 0.0239, 95.34, 35.5), (0.15, 0.0306, 92.75, 14.5), (0.2, 0.0431, 87.83, 5.5)]
     {
         let count = 2 * cycles as usize + 4;
-        let [law, reduced] = both(&SET_A, ratio, count);
+        let [law, reduced] = both(&CYCLIC_SAND, ratio, count);
         // Rounded numbers, to half their last digit.
         assert!(
             (100.0 * reduced[0].shear - strain).abs() < 0.5e-4 && (law[0].pressure / 1e3 - pressure).abs() < 0.5e-2
@@ -262,7 +243,7 @@ fn cyclic_shear_follows_the_reduced_equations_up_to_cyclic_mobility() {
 #[test]
 fn resistance_falls_with_the_number_of_cycles() {
     let cycles = [0.13, 0.16, 0.2, 0.25, 0.3]
-        .map(|ratio| cycles_to(&Specimen::new(&SET_A).half_cycles(ratio, 60, 2e-5), LIQUEFIED).unwrap());
+        .map(|ratio| cycles_to(&Specimen::new(&CYCLIC_SAND).half_cycles(ratio, 60, 2e-5), LIQUEFIED).unwrap());
     assert!(cycles.windows(2).all(|pair| pair[1] < pair[0]), "{cycles:?}");
 }
 
@@ -303,7 +284,7 @@ fn without_decay_the_path_locks_at_the_balance_of_contraction_and_dilation() {
     for (ratio, exponent, expected) in
         [(0.12, 1.5, 21.00), (0.2, 1.5, 28.76), (0.15, 0.0, 22.36), (0.15, 4.0, 25.55), (0.15, 9.0, 27.01)]
     {
-        let law = OkaCyclic { hardening_decay: 0.0, dilatancy: 0.02, dilatancy_exponent: exponent, ..SET_A };
+        let law = OkaCyclic { hardening_decay: 0.0, dilatancy: 0.02, dilatancy_exponent: exponent, ..CYCLIC_SAND };
         let rest = balance(&law, ratio);
         // By adaptive quadrature and Brent's method (SciPy): to the digits.
         assert!((rest / 1e3 - expected).abs() < 1e-2, "{rest}");
@@ -325,7 +306,7 @@ fn without_decay_the_path_locks_at_the_balance_of_contraction_and_dilation() {
 #[test]
 fn the_path_unlocks_where_decay_outruns_the_loop() {
     for (ratio, pressure) in [(0.12, 21.15), (0.15, 24.40)] {
-        let locked = OkaCyclic { hardening_decay: 0.0, ..SET_A };
+        let locked = OkaCyclic { hardening_decay: 0.0, ..CYCLIC_SAND };
         let mut specimen = Specimen::new(&locked);
         let reversals = specimen.half_cycles(ratio, 400, 2e-5);
         let reduced = Reduced::new(&locked).half_cycles(ratio, 400);
@@ -336,7 +317,7 @@ fn the_path_unlocks_where_decay_outruns_the_loop() {
         assert!(!specimen.state.transformed);
         let critical = 1.0 / (std::f64::consts::E * specimen.state.plastic_shear);
         let amplitude = |factor: f64| {
-            let law = OkaCyclic { hardening_decay: factor * critical, ..SET_A };
+            let law = OkaCyclic { hardening_decay: factor * critical, ..CYCLIC_SAND };
             double_amplitudes(&Reduced::new(&law).half_cycles(ratio, 300)).into_iter().fold(0.0, f64::max)
         };
         let (below, beyond) = (amplitude(0.9), amplitude(1.15));
@@ -349,14 +330,14 @@ fn the_path_unlocks_where_decay_outruns_the_loop() {
 fn long_increments_are_as_good_as_short_ones() {
     let mut noise = Noise::new(7);
     let start = Sym3::diagonal(-START, -START, -START);
-    let mut long = (start, SET_A.initial_state(start));
+    let mut long = (start, CYCLIC_SAND.initial_state(start));
     let mut short = long;
     for _ in 0..30 {
         let direction = (noise.tensor() - Sym3::IDENTITY * 0.5).deviator();
         let strain = direction * (1e-4 / direction.norm());
-        long = SET_A.update(long.0, long.1, strain).unwrap();
+        long = CYCLIC_SAND.update(long.0, long.1, strain).unwrap();
         for _ in 0..100 {
-            short = SET_A.update(short.0, short.1, strain * 0.01).unwrap();
+            short = CYCLIC_SAND.update(short.0, short.1, strain * 0.01).unwrap();
         }
         let off = long.0 - short.0;
         // Each sub-step is right to 1e-5, and the surface forgets.
@@ -368,12 +349,12 @@ fn long_increments_are_as_good_as_short_ones() {
 #[test]
 fn drained_compression_ends_on_the_failure_line() {
     let mut stress = Sym3::diagonal(-START, -START, -START);
-    let mut state = SET_A.initial_state(stress);
+    let mut state = CYCLIC_SAND.initial_state(stress);
     let axial = -1e-5;
     let mut last = Sym3::ZERO;
     for _ in 0..2000 {
         // The lateral strain that keeps the lateral stress, by secants from the last step's.
-        let update = |lateral: f64| SET_A.update(stress, state, Sym3::diagonal(lateral, lateral, axial)).unwrap();
+        let update = |lateral: f64| CYCLIC_SAND.update(stress, state, Sym3::diagonal(lateral, lateral, axial)).unwrap();
         let off = |lateral: f64| update(lateral).0.xx + START;
         let (mut old, mut new) = (last.xx, last.xx + 1e-7);
         for _ in 0..50 {
@@ -386,13 +367,13 @@ fn drained_compression_ends_on_the_failure_line() {
         last = Sym3::diagonal(new, new, axial);
         (stress, state) = update(new);
     }
-    let failure = SET_A.failure_ratio + SET_A.elastic_radius;
+    let failure = CYCLIC_SAND.failure_ratio + CYCLIC_SAND.elastic_radius;
     let deviator = stress.deviator();
     let ratio = deviator.norm() / stress.pressure();
     // B* γ is more than 40: the line is reached to the last digits, the lateral stress is kept to 1e-8.
     assert!((ratio - failure).abs() < 1e-6, "{ratio}");
     let shear = last.deviator().norm();
-    let dilation = SET_A.dilatancy * (failure - SET_A.phase_transformation_ratio);
+    let dilation = CYCLIC_SAND.dilatancy * (failure - CYCLIC_SAND.phase_transformation_ratio);
     assert!((last.trace() / shear - dilation).abs() < 1e-4 * dilation, "{}", last.trace() / shear);
 }
 
@@ -400,7 +381,7 @@ fn drained_compression_ends_on_the_failure_line() {
 #[test]
 fn isotropic_compression_follows_the_swelling_line() {
     let stress = Sym3::diagonal(-START, -START, -START);
-    let (after, _) = SET_A.update(stress, SET_A.initial_state(stress), Sym3::IDENTITY * -2e-4).unwrap();
+    let (after, _) = CYCLIC_SAND.update(stress, CYCLIC_SAND.initial_state(stress), Sym3::IDENTITY * -2e-4).unwrap();
     let expected = -START * (1.8 * 6e-4 / 0.002_f64).exp();
     // The volumetric strain is a sum of rounded numbers.
     assert!((after.xx / expected - 1.0).abs() < 1e-12 && after.xy == 0.0);
@@ -409,7 +390,7 @@ fn isotropic_compression_follows_the_swelling_line() {
 /// With fifty times the dilatancy, contraction in the first loading takes more from p' than shear strain can give: no answer, and it is said.
 #[test]
 fn a_point_that_snaps_back_says_so() {
-    let law = OkaCyclic { dilatancy: 100.0, ..SET_A };
+    let law = OkaCyclic { dilatancy: 100.0, ..CYCLIC_SAND };
     let stress = Sym3::diagonal(-START, -START, -START);
     let shear = Sym3 { xy: 1e-3, ..Sym3::ZERO };
     let error = law.update(stress, law.initial_state(stress), shear).unwrap_err();
@@ -422,10 +403,10 @@ fn parameters_out_of_range_are_named() {
         Err(LawError::Parameter { name, .. }) => name,
         other => panic!("{other:?}"),
     };
-    assert_eq!(name(OkaCyclic { swelling_index: 0.02, ..SET_A }), "compression_index");
-    assert_eq!(name(OkaCyclic { failure_ratio: 0.9, ..SET_A }), "failure_ratio");
-    assert_eq!(name(OkaCyclic { hardening_least: 2001.0, ..SET_A }), "hardening_least");
-    assert_eq!(name(OkaCyclic { overconsolidation_ratio: 0.9, ..SET_A }), "overconsolidation_ratio");
-    assert_eq!(name(OkaCyclic { elastic_radius: 0.0, ..SET_A }), "elastic_radius");
-    assert_eq!(name(OkaCyclic { dilatancy: f64::NAN, ..SET_A }), "dilatancy");
+    assert_eq!(name(OkaCyclic { swelling_index: 0.02, ..CYCLIC_SAND }), "compression_index");
+    assert_eq!(name(OkaCyclic { failure_ratio: 0.9, ..CYCLIC_SAND }), "failure_ratio");
+    assert_eq!(name(OkaCyclic { hardening_least: 2001.0, ..CYCLIC_SAND }), "hardening_least");
+    assert_eq!(name(OkaCyclic { overconsolidation_ratio: 0.9, ..CYCLIC_SAND }), "overconsolidation_ratio");
+    assert_eq!(name(OkaCyclic { elastic_radius: 0.0, ..CYCLIC_SAND }), "elastic_radius");
+    assert_eq!(name(OkaCyclic { dilatancy: f64::NAN, ..CYCLIC_SAND }), "dilatancy");
 }

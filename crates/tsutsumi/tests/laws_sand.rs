@@ -6,34 +6,11 @@ use tsutsumi::law::{ConstitutiveLaw, LawError, Pm4Sand, Sanisand};
 use tsutsumi::tensor::Sym3;
 use tsutsumi_testkit::law::{LawPath, check_law};
 use tsutsumi_testkit::noise::Noise;
-
-/// Toyoura sand after Dafalias and Manzari (2004), as OpenSees' users have it.
-const TOYOURA: Sanisand = Sanisand {
-    void_ratio: 0.8,
-    atmospheric_pressure: 100e3,
-    shear_modulus_number: 125.0,
-    poisson: 0.05,
-    critical_stress_ratio: 1.25,
-    extension_ratio: 0.712,
-    critical_void_ratio: 0.934,
-    critical_slope: 0.019,
-    critical_exponent: 0.7,
-    yield_opening: 0.01,
-    hardening_number: 7.05,
-    hardening_void_ratio: 0.968,
-    bounding_exponent: 1.1,
-    dilatancy_number: 0.704,
-    dilatancy_exponent: 3.5,
-    fabric_limit: 4.0,
-    fabric_rate: 600.0,
-    residual_pressure: 1000.0,
-    sub_step_tolerance: 1e-4,
-    smallest_sub_step: 1e-6,
-};
+use tsutsumi_testkit::soils::TOYOURA_SAND;
 
 /// The equations without the guards of low pressure.
 fn as_published(void_ratio: f64) -> Sanisand {
-    Sanisand { void_ratio, residual_pressure: 0.0, ..TOYOURA }
+    Sanisand { void_ratio, residual_pressure: 0.0, ..TOYOURA_SAND }
 }
 
 /// p' and q of triaxial compression along z (Pa).
@@ -240,7 +217,7 @@ fn sanisand_liquefies_as_in_opensees() {
         (-1.527e-2, 0.75577),
     ];
     for (void_ratio, known, to_liquefaction) in [(0.8, &dense[..], None), (0.85, &looser[..], Some(3.310))] {
-        let law = Sanisand { void_ratio, ..TOYOURA };
+        let law = Sanisand { void_ratio, ..TOYOURA_SAND };
         let cycles = cyclic_shear(&law, isotropic(100e3), 16e3, known.len());
         for ((strain, ratio), (known_strain, known_ratio)) in cycles.reversals.iter().zip(known) {
             // It starts from 99.997 kPa. Where an increment just reaches the limit or not, the reversal moves by increments.
@@ -276,23 +253,23 @@ fn endure<L: ConstitutiveLaw>(law: &L, start: Sym3, in_plane: bool) {
 
 #[test]
 fn sanisand_keeps_the_contract() {
-    check_law(&TOYOURA).unwrap();
+    check_law(&TOYOURA_SAND).unwrap();
     let near_the_apex = LawPath { stress: isotropic(3e3), strain: 1e-5, ..LawPath::default() };
-    near_the_apex.check(&TOYOURA).unwrap();
+    near_the_apex.check(&TOYOURA_SAND).unwrap();
     let beyond_the_bounding_surface = LawPath { stress: Sym3::diagonal(-100e3, -100e3, -10e3), ..LawPath::default() };
-    beyond_the_bounding_surface.check(&TOYOURA).unwrap();
+    beyond_the_bounding_surface.check(&TOYOURA_SAND).unwrap();
 }
 
 #[test]
 fn sanisand_has_an_answer_everywhere() {
-    endure(&TOYOURA, isotropic(100e3), false);
-    endure(&Sanisand { void_ratio: 0.95, ..TOYOURA }, Sym3::ZERO, false);
+    endure(&TOYOURA_SAND, isotropic(100e3), false);
+    endure(&Sanisand { void_ratio: 0.95, ..TOYOURA_SAND }, Sym3::ZERO, false);
 }
 
 /// Opened ground keeps the smallest pressure, and closes again.
 #[test]
 fn sanisand_opens_and_closes() {
-    let mut point = Point::new(&TOYOURA, isotropic(5e3));
+    let mut point = Point::new(&TOYOURA_SAND, isotropic(5e3));
     (0..100).for_each(|_| point.strain(Sym3::IDENTITY * 1e-4));
     assert!((point.stress.trace() / -3.0 - 10.0).abs() < 1e-9, "{}", point.stress);
     (0..100).for_each(|_| point.strain(Sym3::IDENTITY * -1e-4));
@@ -302,12 +279,12 @@ fn sanisand_opens_and_closes() {
 #[test]
 fn sanisand_names_the_parameter_that_is_out_of_range() {
     let bad = [
-        (Sanisand { void_ratio: 3.0, ..TOYOURA }, "void_ratio"),
-        (Sanisand { poisson: 0.5, ..TOYOURA }, "poisson"),
-        (Sanisand { extension_ratio: 0.0, ..TOYOURA }, "extension_ratio"),
-        (Sanisand { fabric_rate: -1.0, ..TOYOURA }, "fabric_rate"),
-        (Sanisand { hardening_void_ratio: 1.3, ..TOYOURA }, "hardening_void_ratio"),
-        (Sanisand { yield_opening: f64::NAN, ..TOYOURA }, "yield_opening"),
+        (Sanisand { void_ratio: 3.0, ..TOYOURA_SAND }, "void_ratio"),
+        (Sanisand { poisson: 0.5, ..TOYOURA_SAND }, "poisson"),
+        (Sanisand { extension_ratio: 0.0, ..TOYOURA_SAND }, "extension_ratio"),
+        (Sanisand { fabric_rate: -1.0, ..TOYOURA_SAND }, "fabric_rate"),
+        (Sanisand { hardening_void_ratio: 1.3, ..TOYOURA_SAND }, "hardening_void_ratio"),
+        (Sanisand { yield_opening: f64::NAN, ..TOYOURA_SAND }, "yield_opening"),
     ];
     for (law, expected) in bad {
         let Err(LawError::Parameter { name, .. }) = law.validate() else { panic!("{expected} was accepted") };

@@ -1,14 +1,14 @@
 //! A constitutive law of your own, with the whole command line of Tsutsumi: `cargo run -p my-law -- run CASE`.
 
+// ANCHOR: imports
 use std::process::ExitCode;
 
-// ANCHOR: imports
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 use tsutsumi::law::{ConstitutiveLaw, LawError};
 use tsutsumi::tensor::Sym3;
-// ANCHOR_END: imports
 use tsutsumi_case::Registry;
+// ANCHOR_END: imports
 
 // ANCHOR: struct
 /// Elasticity that grows with the confining pressure.

@@ -5,7 +5,8 @@ use std::path::PathBuf;
 use super::range::Range;
 use super::schema::{CalibrationFile, MeasuredColumn, Measurement, SoughtParameter};
 use crate::element::{ElementTest, columns};
-use crate::error::{Problem, did_you_mean, quoted};
+use crate::error::{did_you_mean, quoted};
+use crate::file_checks::Checks;
 use crate::source::list;
 use crate::study::{Column, Table};
 use crate::{CaseError, CaseSource, FileKind, KeyPath, Registry};
@@ -34,8 +35,8 @@ impl Calibration {
     pub fn read(path: impl Into<PathBuf>, registry: &Registry) -> Result<Self, CaseError> {
         let source = CaseSource::read_kind(&path.into(), FileKind::Calibration)?;
         let file: CalibrationFile = source.parse_at(&KeyPath::root())?;
-        let mut checks = Checks { source: &source, problems: Vec::new() };
-        checks.all(&file);
+        let mut checks = Checks::new(&source, &file);
+        checks.all();
         checks.finish()?;
         let ranges = file.parameters.iter().map(Range::of).collect();
         let measurements = file.measurements.iter().enumerate();
@@ -76,7 +77,7 @@ impl Calibration {
 
     /// The element tests can begin, are of one law, and record what is compared.
     fn check_tests(&self, registry: &Registry) -> Result<(), CaseError> {
-        let mut checks = Checks { source: &self.source, problems: Vec::new() };
+        let mut checks = Checks::new(&self.source, &self.file);
         let mut law: Option<String> = None;
         for (index, curve) in self.curves.iter().enumerate() {
             let place = KeyPath::from("measurements").index(index);
@@ -127,25 +128,9 @@ impl MeasuredCurve {
     }
 }
 
-/// Collects what is wrong.
-struct Checks<'a> {
-    source: &'a CaseSource,
-    problems: Vec<Problem>,
-}
-
-impl Checks<'_> {
-    fn finish(self) -> Result<(), CaseError> {
-        match self.problems.is_empty() {
-            true => Ok(()),
-            false => Err(CaseError::content(self.problems)),
-        }
-    }
-
-    fn report(&mut self, key: impl Into<KeyPath>, message: impl Into<String>, help: impl Into<String>) {
-        self.problems.push(self.source.invalid_problem(key.into(), message.into(), help.into()));
-    }
-
-    fn all(&mut self, file: &CalibrationFile) {
+impl Checks<'_, CalibrationFile> {
+    fn all(&mut self) {
+        let file = self.file;
         if file.parameters.is_empty() {
             self.report("parameters", "no parameter is sought", "add `[[parameters]]`");
         }

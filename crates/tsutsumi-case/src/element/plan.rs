@@ -6,7 +6,7 @@ use tsutsumi::element::Specimen;
 use tsutsumi::tensor::Sym3;
 
 use super::schema::{ElementTestFile, TestInitial};
-use super::validate::Checks;
+use crate::file_checks::Checks;
 use crate::registry::MaterialRequest;
 use crate::{CaseError, CaseSource, FileKind, KeyPath, Registry};
 

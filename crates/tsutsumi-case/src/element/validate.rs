@@ -3,33 +3,12 @@
 use super::schema::{
     Amplitude, DrainageKind, ElementTestFile, PathCondition, Resistance, Stage, StageKind, Target, Until,
 };
-use crate::error::{Problem, did_you_mean, quoted};
+use crate::KeyPath;
+use crate::error::{did_you_mean, quoted};
+use crate::file_checks::Checks;
 use crate::source::list;
-use crate::{CaseError, CaseSource, KeyPath};
 
-/// Collects what is wrong.
-pub(super) struct Checks<'a> {
-    source: &'a CaseSource,
-    file: &'a ElementTestFile,
-    problems: Vec<Problem>,
-}
-
-impl<'a> Checks<'a> {
-    pub(super) fn new(source: &'a CaseSource, file: &'a ElementTestFile) -> Self {
-        Checks { source, file, problems: Vec::new() }
-    }
-
-    pub(super) fn finish(self) -> Result<(), CaseError> {
-        match self.problems.is_empty() {
-            true => Ok(()),
-            false => Err(CaseError::content(self.problems)),
-        }
-    }
-
-    fn report(&mut self, key: impl Into<KeyPath>, message: impl Into<String>, help: impl Into<String>) {
-        self.problems.push(self.source.invalid_problem(key.into(), message.into(), help.into()));
-    }
-
+impl Checks<'_, ElementTestFile> {
     /// What does not depend on the law.
     pub(super) fn all(&mut self) {
         self.initial();

@@ -16,7 +16,7 @@ use super::problems::{ProblemLine, problem_lines};
 use super::series::History;
 use super::summary::{FigureReport, StudyError, StudySummary, write};
 use super::table::{as_markdown, orders_csv, problems_csv, table_csv};
-use crate::folder::{FIGURES, HISTORY, write_error};
+use crate::folder::{FIGURES, HISTORY, is_same_file, write_error};
 use crate::results::{Host, replace_with_json};
 use crate::{Outcome, Registry, ResultsError};
 
@@ -160,10 +160,6 @@ fn held_study(manifest: &Path) -> Option<String> {
 
 fn absolute(path: &Path) -> PathBuf {
     fs::canonicalize(path).or_else(|_| std::path::absolute(path)).unwrap_or_else(|_| path.to_owned())
-}
-
-fn is_same_file(one: &Path, other: &Path) -> bool {
-    matches!((fs::canonicalize(one), fs::canonicalize(other)), (Ok(one), Ok(other)) if one == other)
 }
 
 fn write_tables(study: &Study, summary: &StudySummary) -> Result<(), StudyError> {

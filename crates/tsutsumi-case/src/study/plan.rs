@@ -6,11 +6,11 @@ use super::reference::{OpenReference, ReferenceKind, open_solution, open_table, 
 use super::runs::{WantedRun, is_run, swept_refinements, wanted_runs};
 use super::schema::{StudyFile, StudyProblem};
 use super::setting::Setting;
-use super::validate::Checks;
 use crate::FileKind;
 use crate::build::build;
 use crate::deserializer::Part;
 use crate::error::{Problem, ProblemKind, quoted};
+use crate::file_checks::Checks;
 use crate::run::{read_case, refuse_unstable};
 use crate::{Case, CaseError, CaseSource, KeyPath, Registry};
 

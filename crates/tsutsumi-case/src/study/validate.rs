@@ -3,36 +3,15 @@
 use super::quantity::Quantity;
 use super::runs::{WantedRun, is_run};
 use super::schema::{Figure, FigureKind, Reference, StudyFile};
-use crate::error::{Problem, did_you_mean, quoted};
+use crate::KeyPath;
+use crate::error::{did_you_mean, quoted};
+use crate::file_checks::Checks;
 use crate::source::list;
-use crate::{CaseError, CaseSource, KeyPath};
 
 /// Longest name of a run or figure, which becomes that of a folder or file.
 const MAX_NAME: usize = 100;
 
-/// Collects what is wrong.
-pub(super) struct Checks<'a> {
-    source: &'a CaseSource,
-    file: &'a StudyFile,
-    problems: Vec<Problem>,
-}
-
-impl<'a> Checks<'a> {
-    pub(super) fn new(source: &'a CaseSource, file: &'a StudyFile) -> Self {
-        Checks { source, file, problems: Vec::new() }
-    }
-
-    pub(super) fn finish(self) -> Result<(), CaseError> {
-        match self.problems.is_empty() {
-            true => Ok(()),
-            false => Err(CaseError::content(self.problems)),
-        }
-    }
-
-    fn report(&mut self, key: impl Into<KeyPath>, message: impl Into<String>, help: impl Into<String>) {
-        self.problems.push(self.source.invalid_problem(key.into(), message.into(), help.into()));
-    }
-
+impl Checks<'_, StudyFile> {
     /// The names of everything, and what does not depend on the cases.
     pub(super) fn names(&mut self, runs: &[WantedRun]) {
         if runs.iter().all(|run| run.is_reference) {
@@ -290,13 +269,7 @@ impl<'a> Checks<'a> {
         if figure.kind == FigureKind::Convergence && refinements.is_empty() {
             self.report(place, "the study has no refinement to draw", "add `[[refinements]]`");
         }
-        if let Some(variant) = figure.variant.as_deref().filter(|name| !variants.contains(name)) {
-            let help = match did_you_mean(variant, variants.iter().copied()) {
-                Some(near) => format!("did you mean `{near}`?"),
-                None => format!("write one of {}", list(variants)),
-            };
-            self.report(key("variant"), format!("there is no variant `{}`", quoted(variant)), help);
-        }
+        self.known_name(key("variant"), "variant", figure.variant.as_deref(), variants);
     }
 
     fn figure_quantities(&mut self, place: &KeyPath, figure: &Figure, columns: &[&str]) {
