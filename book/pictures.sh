@@ -51,6 +51,10 @@ picture xie-leo xie-leo xie-leo
 cp "$results/variants/table.md" book/tables/variants.md
 for figure in carried heavy-column; do picture variants "$figure" "variants-$figure"; done
 
+"${tsutsumi[@]}" study paper-cases/liquefaction/study.toml --out "$results/liquefaction" --quiet > "$results/table"
+picture liquefaction settlement liquefaction-settlement
+for figure in pressure-ratio isochrones; do picture liquefaction/runs/sanisand "$figure" "liquefaction-$figure"; done
+
 "${tsutsumi[@]}" run book/cases/half-loaded.toml --out "$results/half-loaded" --quiet
 picture half-loaded particles half-loaded-particles
 
