@@ -407,4 +407,15 @@ mod tests {
         let held: Vec<bool> = boundary.fixed.iter().map(|fixed| fixed.contains(0)).collect();
         assert_eq!(held, [true, false, true, false, false, true]);
     }
+
+    /// b = −a f, and nothing once the base moves steadily.
+    #[test]
+    fn ground_motion_pushes_against_the_acceleration_until_its_end() {
+        let acceleration = Vector::<2>::from([3.0, -1.0]);
+        let motion = GroundMotion { acceleration, history: History::new(vec![[0.0, 2.0]]), end: 1.0 };
+        let force = |time| motion.force(&Vector::zeros(), time);
+        assert_eq!(force(0.5), acceleration * -2.0);
+        assert_eq!(force(1.0), acceleration * -2.0);
+        assert_eq!(force(1.001), Vector::<2>::zeros());
+    }
 }
