@@ -51,22 +51,38 @@ picture xie-leo xie-leo xie-leo
 cp "$results/variants/table.md" book/tables/variants.md
 for figure in carried heavy-column; do picture variants "$figure" "variants-$figure"; done
 
+"${tsutsumi[@]}" study paper-cases/liquefaction/study.toml --out "$results/liquefaction" --quiet > "$results/table"
+picture liquefaction settlement liquefaction-settlement
+for figure in pressure-ratio isochrones; do picture liquefaction/runs/sanisand "$figure" "liquefaction-$figure"; done
+
 "${tsutsumi[@]}" run book/cases/half-loaded.toml --out "$results/half-loaded" --quiet
 picture half-loaded particles half-loaded-particles
 
 "${tsutsumi[@]}" run paper-cases/slump/case.toml --set method.particle_pressure=gradient --out "$results/slump" --quiet
 picture slump particles slump
 
-"${tsutsumi[@]}" element-test element-tests/oedometer-hencky.toml --out "$results/oedometer-hencky" --quiet
-picture oedometer-hencky oedometer oedometer-hencky
-"${tsutsumi[@]}" element-test element-tests/oka-cyclic-shear.toml --out "$results/oka-cyclic-shear" --quiet > "$results/table"
-for figure in shear-stress-path resistance; do picture oka-cyclic-shear "$figure" "element-test-$figure"; done
-picture oka-cyclic-shear shear-stress-strain oka-stress-strain
-"${tsutsumi[@]}" element-test element-tests/sanisand-shear.toml --out "$results/sanisand-shear" --quiet > "$results/table"
-for figure in stress-path stress-strain; do picture sanisand-shear "shear-$figure" "sanisand-$figure"; done
-picture sanisand-shear resistance sanisand-resistance
-"${tsutsumi[@]}" element-test element-tests/cam-clay-undrained.toml --out "$results/cam-clay" --quiet
-picture cam-clay stress-path cam-clay-stress-path
+# element_test NAME FIGURE PICTURE [FIGURE PICTURE]...: runs an element test and keeps pictures of it
+element_test() {
+  local test=$1
+  "${tsutsumi[@]}" element-test "element-tests/$test.toml" --out "$results/$test" --quiet > "$results/table"
+  shift
+  while [ $# -ge 2 ]; do
+    picture "$test" "$1" "$2"
+    shift 2
+  done
+}
+element_test oedometer-hencky oedometer oedometer-hencky
+element_test oka-cyclic-shear shear-stress-strain oka-stress-strain shear-stress-path oka-stress-path resistance oka-resistance
+element_test sanisand-shear shear-stress-strain sanisand-stress-strain shear-stress-path sanisand-stress-path \
+  resistance sanisand-resistance
+element_test cam-clay-undrained stress-path cam-clay-stress-path
+element_test cam-clay-isotropic compression cam-clay-isotropic
+element_test pressure-elastic-isotropic pressure pressure-elastic-isotropic
+element_test von-mises-cyclic-shear shear-stress-strain von-mises-shear
+element_test drucker-prager-softening stress-strain drucker-prager-softening
+element_test mohr-coulomb-drained stress-strain mohr-coulomb-drained
+element_test pm4sand-shear path pm4sand-path loops pm4sand-loops
+
 "${tsutsumi[@]}" calibrate element-tests/calibration/calibration.toml --out "$results/calibration" --quiet > "$results/table"
 picture calibration oedometer calibration-oedometer
 

@@ -5,6 +5,7 @@
 mod case_reference;
 mod equations;
 mod floors;
+mod law_pages;
 mod links;
 mod materials;
 

@@ -5,6 +5,7 @@
 mod claims;
 mod cryer;
 mod curves;
+mod liquefaction;
 mod mandel;
 mod poroelastic_column;
 mod pressure_noise;

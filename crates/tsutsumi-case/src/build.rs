@@ -3,7 +3,7 @@
 use std::ops::Range;
 use std::sync::Arc;
 
-use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, FluidLoad, History, Load};
+use tsutsumi::boundary::{AppliedTo, AxisSet, Boundary, FluidLoad, GroundMotion, History, Load};
 use tsutsumi::damping::Damping;
 use tsutsumi::grid::{Grid, Side, SideSet};
 use tsutsumi::particles::{Particle, Particles};
@@ -47,6 +47,7 @@ pub fn build<const D: usize>(
     }
     drain(case, &grid, &bodies, &mut particles);
     let mut boundary = build_boundary(case, &grid, &bodies);
+    shake(case, &particles, &mut boundary);
     let motion = set_in_motion(source, case, &mut particles, &mut boundary)?;
     let (probes, top) = (find_probes(case, &particles), find_top(case, &bodies));
     let refuse = |error: String| source.invalid("bodies", error, "");
@@ -103,6 +104,14 @@ pub fn build<const D: usize>(
         _ => refuse(error.to_string()),
     })?;
     Ok(Simulation::new(Box::new(model), probes, top, motion, case))
+}
+
+/// Gives the boundary the ground motion.
+fn shake<const D: usize>(case: &Case, particles: &Particles<D>, boundary: &mut Boundary<D>) {
+    let Some(crate::GroundMotion { acceleration, history, end }) = &case.ground_motion else { return };
+    let (acceleration, history) = (vector(acceleration), build_history(history));
+    let motion = GroundMotion { acceleration, history, end: end.unwrap_or(f64::INFINITY) };
+    boundary.push_body_force(Arc::new(motion), particles.position.clone());
 }
 
 /// Gives the particles the velocities of the exact motion, and the boundary its body force.

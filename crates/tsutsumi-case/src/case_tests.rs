@@ -545,6 +545,25 @@ fn exact_motions_that_make_no_sense_are_refused() {
     }
 }
 
+/// Saturated ground one cell wide may shake along that cell, and nothing else may.
+#[test]
+fn ground_motions_that_make_no_sense_are_refused() {
+    let told = |motion: &str| {
+        let text = edited(&[("[output]", &format!("[ground_motion]\n{motion}\n[output]"))]);
+        read(&source(&text)).err().map(|error| error.render(false))
+    };
+    assert_eq!(told("acceleration = [1.5, 0.0]\nend = 5.0"), None);
+    for (motion, expected) in [
+        ("acceleration = [1.5, 0.1]", "must be along an axis with one cell"),
+        ("acceleration = [1.5]", "`ground_motion.acceleration`"),
+        ("acceleration = [1.5, 0.0]\nend = 0.0", "`ground_motion.end`"),
+        ("acceleration = [1.5, 0.0]\nhistory = []", "`ground_motion.history` is empty"),
+    ] {
+        let told = told(motion).unwrap_or_else(|| panic!("{motion} was accepted"));
+        assert!(told.contains(expected), "{told}");
+    }
+}
+
 /// Only the parameters of the motion that is named are accepted.
 #[test]
 fn the_schema_knows_the_exact_motions() {

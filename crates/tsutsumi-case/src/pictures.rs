@@ -1,4 +1,5 @@
-//! Which figures a run draws: settlement and pressure in time, and the deformed particles coloured by pore pressure.
+//! Which figures a run draws: settlement and pressure in time, and the deformed particles coloured by pore pressure; in ground whose stress
+//! at the start is known by depth, also the pore pressure ratio and isochrones of the excess pressure.
 
 use tsutsumi::grid::Grid;
 
@@ -73,6 +74,13 @@ pub(crate) fn draw<const D: usize>(
         pressures.save(&folder.join("pressure"))?;
     }
     let grid = simulation.model().grid();
+    let excesses = excesses(results, case, grid);
+    if !excesses.is_empty() {
+        pressure_ratios(results, case, &excesses).save(&folder.join("pressure-ratio"))?;
+    }
+    if excesses.len() > 2 {
+        isochrones(results, case, &excesses).save(&folder.join("isochrones"))?;
+    }
     particle_chart(case, grid, last).save(&folder.join("particles"))?;
     if case.fluid.is_some() && peak.time < last.time {
         particle_chart(case, grid, peak).save(&folder.join("particles-peak"))?;
@@ -115,6 +123,84 @@ fn pressures(results: &Results, case: &Case) -> LineChart {
         x_label: "time (s)".to_owned(),
         y_label: "pore pressure (kPa)".to_owned(),
         curves: probes.filter_map(of_probe).collect(),
+        ..Default::default()
+    }
+}
+
+/// The excess pressure of a probe.
+struct Excess {
+    name: String,
+    /// Level of the centre of the probe's cell (m).
+    level: f64,
+    /// Vertical effective stress at the start (Pa, positive in compression).
+    vertical: f64,
+    /// In every row of the history (Pa).
+    pressure: Vec<f64>,
+}
+
+/// The excess pressures of all probes that read one, from the top downwards; none unless the first body has a stress by depth at the start.
+fn excesses<const D: usize>(results: &Results, case: &Case, grid: &Grid<D>) -> Vec<Excess> {
+    let body = &case.bodies[0];
+    let (Some(state), Some(fluid)) = (&body.initial.geostatic, &case.fluid) else { return Vec::new() };
+    let up = D - 1;
+    let gravity = -case.gravity.as_ref().and_then(|gravity| gravity.get(up)).copied().unwrap_or(0.0);
+    let density = case.materials[&body.material].density;
+    let of_probe = |probe: &crate::Probe| {
+        let level = (probe.pressure_at.as_ref()?.get(up)? - grid.origin()[up]) / grid.spacing()[up];
+        let level = grid.origin()[up] + (level.floor() + 0.5) * grid.spacing()[up];
+        let pressure = column(results, &format!("{}.pressure", probe.name))?;
+        let start = *pressure.first()?;
+        let water = body.initial.water_table.map_or(0.0, |table| fluid.density * gravity * (table - level).max(0.0));
+        let vertical = density * gravity * (state.surface - level) - water;
+        let pressure = pressure.iter().map(|pressure| pressure - start).collect();
+        (vertical > 0.0).then(|| Excess { name: probe.name.clone(), level, vertical, pressure })
+    };
+    let mut excesses: Vec<Excess> = case.probes.iter().filter_map(of_probe).collect();
+    excesses.sort_by(|a, b| b.level.total_cmp(&a.level));
+    excesses
+}
+
+/// r_u = excess pressure over the vertical effective stress at the start.
+fn pressure_ratios(results: &Results, case: &Case, excesses: &[Excess]) -> LineChart {
+    let time = column(results, "time").unwrap_or_default();
+    let curve = |excess: &Excess| Curve {
+        label: excess.name.clone(),
+        x: time.clone(),
+        y: excess.pressure.iter().map(|pressure| pressure / excess.vertical).collect(),
+        style: CurveStyle::default(),
+        place: None,
+    };
+    LineChart {
+        title: Some(case.title.clone()),
+        x_label: "time (s)".to_owned(),
+        y_label: "pore pressure ratio (–)".to_owned(),
+        curves: excesses.iter().map(curve).collect(),
+        ..Default::default()
+    }
+}
+
+/// How many isochrones are drawn: at the end of the run, at half of it, a quarter and so on.
+const ISOCHRONES: i32 = 6;
+
+/// Excess pressure over the level, at a few times.
+fn isochrones(results: &Results, case: &Case, excesses: &[Excess]) -> LineChart {
+    let time = column(results, "time").unwrap_or_default();
+    let end = time.last().copied().unwrap_or(0.0);
+    let curve = |halvings: i32| {
+        let row = time.partition_point(|time| *time < end * 0.5_f64.powi(halvings) * (1.0 - 1e-9));
+        Some(Curve {
+            label: format!("{} s", rounded(*time.get(row)?)),
+            x: excesses.iter().map(|excess| excess.pressure[row] * 1e-3).collect(),
+            y: excesses.iter().map(|excess| excess.level).collect(),
+            style: CurveStyle::default(),
+            place: None,
+        })
+    };
+    LineChart {
+        title: Some(case.title.clone()),
+        x_label: "excess pore pressure (kPa)".to_owned(),
+        y_label: "level (m)".to_owned(),
+        curves: (0..ISOCHRONES).rev().filter_map(curve).collect(),
         ..Default::default()
     }
 }

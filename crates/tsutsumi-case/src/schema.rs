@@ -49,6 +49,9 @@ pub struct Case {
     /// Surfaces through which water leaves freely: one `[[drainage]]` each. All others are impervious.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub drainage: Vec<Drainage>,
+    /// An earthquake: the motion of the base, on which all supports stand.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub ground_motion: Option<GroundMotion>,
     /// A motion that is known exactly. The bodies start with its velocity, its body force acts on them, and `history.csv` tells
     /// how far they are from it.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -601,6 +604,22 @@ pub struct Drainage {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 1))]
     pub sides: Option<Vec<Face>>,
+}
+
+/// The motion of the base, seen from the base: all displacements and velocities are relative to it, and the ground feels the opposite
+/// acceleration. Saturated ground must be one cell wide along it: the share of the water beside walls is not followed.
+#[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GroundMotion {
+    /// Acceleration of the base (m/s²), one number per axis.
+    #[schemars(length(min = 1, max = 3))]
+    pub acceleration: Vec<f64>,
+    /// The factor on it over time, as for loads.
+    #[serde(default)]
+    pub history: History,
+    /// When the shaking ends (s). By default it does not.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub end: Option<f64>,
 }
 
 /// A motion that is known exactly.

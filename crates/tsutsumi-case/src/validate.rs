@@ -56,6 +56,7 @@ impl<'a> Checks<'a> {
         self.supports();
         self.loads();
         self.drainage();
+        self.ground_motion();
         self.exact_motion();
         self.probes();
         self.output();
@@ -762,6 +763,25 @@ impl<'a> Checks<'a> {
             for (side, &face) in drainage.sides.iter().flatten().enumerate() {
                 self.face(sides.clone().index(side), face);
             }
+        }
+    }
+
+    fn ground_motion(&mut self) {
+        let Some(motion) = &self.case.ground_motion else { return };
+        let key = KeyPath::from("ground_motion");
+        self.vector(key.clone().key("acceleration"), &motion.acceleration);
+        self.history(&key.clone().key("history"), &motion.history);
+        if let Some(end) = motion.end {
+            self.positive(key.clone().key("end"), end);
+        }
+        if self.case.method.solver == SolverKind::Fem {
+            let help = "take `ground_motion` out, or take `method.solver` = \"mpm\"";
+            self.report(key.clone(), "finite elements have no ground motion", help);
+        }
+        let along = motion.acceleration.iter().zip(&self.case.grid.cells);
+        if self.case.fluid.is_some() && along.into_iter().any(|(part, &cells)| *part != 0.0 && cells != 1) {
+            let help = "make the grid one cell wide along it, or take the [fluid] out";
+            self.report(key, "the ground motion of saturated ground must be along an axis with one cell", help);
         }
     }
 

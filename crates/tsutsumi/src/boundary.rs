@@ -137,6 +137,29 @@ pub trait BodyForce<const D: usize>: Debug + Send + Sync {
     fn force(&self, start: &Vector<D>, time: f64) -> Vector<D>;
 }
 
+/// The motion of a rigid base, seen from the base: supports stand still, and all that rests on them feels the opposite acceleration.
+///
+/// # Equation
+///
+/// ```text
+/// b(t) = −a f(t),  t ≤ t_end        displacements and velocities are those relative to the base
+/// ```
+#[derive(Debug, Clone, PartialEq)]
+pub struct GroundMotion<const D: usize> {
+    /// The acceleration of the base (m/s²) where the history is 1.
+    pub acceleration: Vector<D>,
+    /// How it varies with time.
+    pub history: History,
+    /// The time (s) after which the base moves steadily; infinite if it never does.
+    pub end: f64,
+}
+
+impl<const D: usize> BodyForce<D> for GroundMotion<D> {
+    fn force(&self, _start: &Vector<D>, time: f64) -> Vector<D> {
+        if time > self.end { Vector::zeros() } else { self.acceleration * -self.history.factor(time) }
+    }
+}
+
 /// A body force, and where the particles it acts on started.
 #[derive(Debug, Clone)]
 struct FollowingForce<const D: usize> {
@@ -384,5 +407,16 @@ mod tests {
         boundary.fix(&grid, x, |position| position == Vector::<2>::zeros());
         let held: Vec<bool> = boundary.fixed.iter().map(|fixed| fixed.contains(0)).collect();
         assert_eq!(held, [true, false, true, false, false, true]);
+    }
+
+    /// b = −a f, and nothing once the base moves steadily.
+    #[test]
+    fn ground_motion_pushes_against_the_acceleration_until_its_end() {
+        let acceleration = Vector::<2>::from([3.0, -1.0]);
+        let motion = GroundMotion { acceleration, history: History::new(vec![[0.0, 2.0]]), end: 1.0 };
+        let force = |time| motion.force(&Vector::zeros(), time);
+        assert_eq!(force(0.5), acceleration * -2.0);
+        assert_eq!(force(1.0), acceleration * -2.0);
+        assert_eq!(force(1.001), Vector::<2>::zeros());
     }
 }

@@ -387,14 +387,46 @@ fn isotropic_compression_follows_the_swelling_line() {
     assert!((after.xx / expected - 1.0).abs() < 1e-12 && after.xy == 0.0);
 }
 
-/// With fifty times the dilatancy, contraction in the first loading takes more from p' than shear strain can give: no answer, and it is said.
+/// From anisotropic consolidation on the boundary surface, at η*₀ = 0.4, and with fifty times the dilatancy: contraction takes more from p'
+/// than shear strain can give, from first yield on. No answer, and the modulus is the law's H there, with η* = η*₀ + k, χ* = η*₀, M̃* = M*_m.
 #[test]
 fn a_point_that_snaps_back_says_so() {
+    let law = OkaCyclic { dilatancy: 100.0, overconsolidation_ratio: 1.0, ..CYCLIC_SAND };
+    let direction = Sym3 { xy: -0.5 * SQRT_2, ..Sym3::ZERO };
+    let stress = (direction * 0.4 + Sym3::IDENTITY) * -START;
+    let error = law.update(stress, law.initial_state(stress), direction * -1e-3).unwrap_err();
+    let expected = START * (1800.0 - 900.0 * 0.405 * 100.0 * (0.91 - 0.405) + 2000.0 * (1.23 - 0.4));
+    let LawError::SnapBack { modulus } = error else { panic!("{error}") };
+    assert!((modulus / expected - 1.0).abs() < 1e-9 && expected < 0.0, "{modulus} {expected}");
+}
+
+/// As steep, but with an answer: the reduced equations have H > 0 all along the first loading. Only a sub-step that is too long looks beyond.
+#[test]
+fn steep_contraction_is_followed() {
     let law = OkaCyclic { dilatancy: 100.0, ..CYCLIC_SAND };
-    let stress = Sym3::diagonal(-START, -START, -START);
-    let shear = Sym3 { xy: 1e-3, ..Sym3::ZERO };
-    let error = law.update(stress, law.initial_state(stress), shear).unwrap_err();
-    assert!(matches!(error, LawError::SnapBack { modulus } if modulus <= 0.0), "{error}");
+    let [law, reduced] = both(&law, 0.3, 1);
+    // Errors of 1e-5 per sub-step, as in cyclic shear.
+    assert!((law[0].pressure / reduced[0].pressure - 1.0).abs() < 2e-4, "{law:?} {reduced:?}");
+    assert!(law[0].pressure < 0.6 * START);
+}
+
+/// Across a pure shear that is plastic, the stiffness is that of a disturbance: above zero, and below the elastic one, whatever the increments.
+#[test]
+fn disturbances_across_do_not_grow() {
+    for increment in [1e-5, 1e-4, 1e-3] {
+        let mut stress = Sym3::diagonal(-START, -START, -START);
+        let mut state = CYCLIC_SAND.initial_state(stress);
+        let strain = Sym3 { xy: 0.5 * increment, ..Sym3::ZERO };
+        let mut gamma = increment;
+        while gamma < 2e-3 {
+            (stress, state) = CYCLIC_SAND.update(stress, state, strain).unwrap();
+            gamma += increment;
+        }
+        let tangent = CYCLIC_SAND.tangent(stress, state, strain).unwrap();
+        let across = 0.5 * tangent[(5, 5)];
+        let elastic = CYCLIC_SAND.s_wave_modulus(stress, &state);
+        assert!(across > 0.0 && across < elastic, "{increment}: {across:e} of {elastic:e}");
+    }
 }
 
 #[test]

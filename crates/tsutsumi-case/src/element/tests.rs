@@ -443,3 +443,37 @@ fn a_stress_ratio_without_stress_is_told() {
     let Outcome::Failed(reason) = summary.outcome else { panic!("{:?}", summary.outcome) };
     assert!(reason.contains("needs an effective stress"), "{reason}");
 }
+
+/// The examples of the laws' pages end where the formulas in their heads say.
+#[test]
+fn the_examples_of_the_laws_end_where_theory_does() {
+    let desk = Desk::new("laws");
+    let softened = desk.example("drucker-prager-softening.toml");
+    // K_p − 1 = 2 sin φ/(1 − sin φ): 2 at 30°.
+    close(end(&softened, "stress_difference"), 200e3, 3e5);
+    let peak = softened.record.column("stress_difference").unwrap().iter().copied().fold(0.0, f64::max);
+    let sine = 35.0_f64.to_radians().sin();
+    // Read at increments of 4e-4, the first of which beyond the peak has softened by 0.06 % of 5°.
+    assert!((peak / (100e3 * 2.0 * sine / (1.0 - sine)) - 1.0).abs() < 1e-2, "{peak}");
+
+    let elastic = desk.example("pressure-elastic-isotropic.toml");
+    let (strain, stress) =
+        (elastic.record.column("volumetric_strain").unwrap(), elastic.record.column("mean_stress").unwrap());
+    for (strain, stress) in strain.iter().zip(stress) {
+        // K_ref/(2 p_ref) = 250.
+        close((stress / 100e3).sqrt(), 0.1_f64.sqrt() + 250.0 * strain, 10.0);
+    }
+
+    let clay = desk.example("cam-clay-isotropic.toml");
+    // κ to 100 kPa, λ to 800 kPa: swelling in between leaves no trace.
+    let void_ratio = 1.0 - 0.05 * 4.0_f64.ln() - 0.2 * 8.0_f64.ln();
+    close(end(&clay, "void_ratio"), void_ratio, 1.0);
+
+    let loops = desk.example("von-mises-cyclic-shear.toml");
+    let (gamma, tau) = (loops.record.column("shear_strain").unwrap(), loops.record.column("shear_stress").unwrap());
+    let first = gamma.iter().position(|gamma| *gamma >= 0.02 - 1e-12).unwrap();
+    // Beyond c_u, dσ_y = H dε^p with γ^p = √3 ε^p: dτ/dγ = G H/(3G + H).
+    let (shear_modulus, strength) = (30e6 / 2.98, 86.603e3 / 3.0_f64.sqrt());
+    let hardening = shear_modulus * 1e6 / (3.0 * shear_modulus + 1e6);
+    close(tau[first], strength + hardening * (0.02 - strength / shear_modulus), 1e5);
+}

@@ -1,5 +1,6 @@
 use serde::{Deserialize, Serialize};
 
+use super::substepping::{NoRates, PlasticRates, StressPoint, SubStepping};
 use super::{ConstitutiveLaw, LawError};
 use crate::tensor::{Matrix3, Sym3};
 
@@ -175,105 +176,20 @@ impl OkaCyclic {
     }
 }
 
-/// A material point on its way through an increment, compression positive.
-#[derive(Clone, Copy)]
-struct Point {
-    /// Mean effective stress p' (Pa).
+/// A stress relative to the yield surface.
+struct Bearing {
+    /// Mean effective stress p' (Pa), no lower than the least.
     pressure: f64,
-    /// Deviator s (Pa).
-    deviator: Sym3,
-    state: OkaCyclicState,
+    /// Stress ratio η* (–).
+    ratio: Sym3,
+    /// |η* − χ*| (–).
+    distance: f64,
+    /// The direction m (–).
+    direction: Sym3,
 }
 
-/// A strain increment, compression positive.
-#[derive(Clone, Copy)]
-struct Strain {
-    volumetric: f64,
-    deviator: Sym3,
-}
-
-impl Strain {
-    fn scaled(self, factor: f64) -> Self {
-        Strain { volumetric: self.volumetric * factor, deviator: self.deviator * factor }
-    }
-}
-
-/// The change of a point by plastic loading.
-#[derive(Clone, Copy)]
-struct Change {
-    pressure: f64,
-    deviator: Sym3,
-    back_ratio: Sym3,
-    plastic_volumetric_strain: f64,
-    plastic_shear: f64,
-    elastic_shear: f64,
-}
-
-impl Point {
-    fn ratio(&self) -> Sym3 {
-        self.deviator * (1.0 / self.pressure)
-    }
-
-    /// s − p' χ* (Pa).
-    fn relative(&self) -> Sym3 {
-        self.deviator - self.state.back_ratio * self.pressure
-    }
-
-    /// The direction m; that of the strain at the very centre of the elastic region.
-    fn direction(&self, strain: &Strain) -> Sym3 {
-        let relative = self.relative();
-        match relative.norm() > 0.0 {
-            true => relative * (1.0 / relative.norm()),
-            false => strain.deviator * (1.0 / strain.deviator.norm().max(f64::MIN_POSITIVE)),
-        }
-    }
-
-    fn after(&self, change: &Change) -> Point {
-        let mut state = self.state;
-        state.back_ratio += change.back_ratio;
-        state.plastic_volumetric_strain += change.plastic_volumetric_strain;
-        state.plastic_shear += change.plastic_shear;
-        state.elastic_shear += change.elastic_shear;
-        Point { pressure: self.pressure + change.pressure, deviator: self.deviator + change.deviator, state }
-    }
-
-    /// The mean effective stress no lower than this (Pa), with the same stress ratio.
-    fn no_lower(mut self, least: f64) -> Point {
-        if self.pressure < least {
-            self.deviator = self.deviator * (least / self.pressure);
-            self.pressure = least;
-        }
-        self
-    }
-}
-
-impl Change {
-    fn mean(self, other: Change) -> Change {
-        Change {
-            pressure: 0.5 * (self.pressure + other.pressure),
-            deviator: (self.deviator + other.deviator) * 0.5,
-            back_ratio: (self.back_ratio + other.back_ratio) * 0.5,
-            plastic_volumetric_strain: 0.5 * (self.plastic_volumetric_strain + other.plastic_volumetric_strain),
-            plastic_shear: 0.5 * (self.plastic_shear + other.plastic_shear),
-            elastic_shear: 0.5 * (self.elastic_shear + other.elastic_shear),
-        }
-    }
-
-    /// How far apart two changes are, over the mean effective stress (–).
-    fn distance(&self, other: &Change, pressure: f64) -> f64 {
-        let stress = (self.deviator - other.deviator).norm() + (self.pressure - other.pressure).abs();
-        stress / pressure + (self.back_ratio - other.back_ratio).norm()
-    }
-}
-
-/// Half the largest difference of two Euler steps, in stress ratios, that a sub-step may have.
-const TOLERANCE: f64 = 1e-5;
-/// No sub-step is a smaller part of the increment.
-const LEAST_PART: f64 = 1e-9;
-/// Sub-steps of an increment before the law gives up.
-const MOST_SUBSTEPS: usize = 100_000;
-/// How near to the yield surface a point lies on it, in stress ratios.
-const ON_THE_SURFACE: f64 = 1e-12;
+/// How the law's sub-steps are controlled: errors of stress over p' and of χ* together.
+const SUB_STEPPING: SubStepping = SubStepping { tolerance: 1e-5, smallest: 1e-9, yield_tolerance: 1e-12 };
 
 impl OkaCyclic {
     /// K / p' (–).
@@ -281,165 +197,163 @@ impl OkaCyclic {
         (1.0 + self.void_ratio) / self.swelling_index
     }
 
-    /// |s − p' χ*| − k p' (Pa), negative in the elastic region.
-    fn yield_function(&self, point: &Point) -> f64 {
-        point.relative().norm() - self.elastic_radius * point.pressure
+    /// 2 G (Pa).
+    fn twice_shear_modulus(&self, pressure: f64, state: &OkaCyclicState) -> f64 {
+        2.0 * self.shear_modulus_per_root(state) * pressure.sqrt()
     }
 
-    /// Elastic strain: exact for K in proportion to p' and G to √p'.
+    /// Where a stress stands to the yield surface, or `None` beyond its apex.
+    #[inline(always)]
+    fn bearing(&self, at: &StressPoint<OkaCyclicState>) -> Option<Bearing> {
+        let pressure = at.stress.pressure();
+        if pressure <= 0.0 {
+            return None;
+        }
+        let ratio = at.stress.deviator() * (-1.0 / pressure);
+        let relative = ratio - at.state.back_ratio;
+        let distance = relative.norm();
+        // At the very centre every direction is as good.
+        let direction = relative * (1.0 / distance.max(f64::MIN_POSITIVE));
+        Some(Bearing { pressure: pressure.max(self.least_pressure), ratio, distance, direction })
+    }
+
+    /// How fast an elastic strain leads out of the yield surface (Pa): 2G m:de − K (η*:m) dε_v.
+    #[inline(always)]
+    fn drive_from(&self, bearing: &Bearing, state: &OkaCyclicState, strain: Sym3) -> f64 {
+        let Bearing { pressure, ratio, direction, .. } = bearing;
+        let bulk = self.bulk_rate() * pressure;
+        let twice_shear = self.twice_shear_modulus(*pressure, state);
+        bulk * ratio.double_dot(*direction) * strain.trace() - twice_shear * direction.double_dot(strain.deviator())
+    }
+
+    /// The stress with the mean effective stress no lower than the least, at the same stress ratio.
+    fn kept_closed(&self, stress: Sym3) -> Sym3 {
+        let pressure = stress.pressure();
+        match (pressure >= self.least_pressure, pressure > 0.0) {
+            (true, _) => stress,
+            (false, true) => stress * (self.least_pressure / pressure),
+            (false, false) => Sym3::IDENTITY * -self.least_pressure,
+        }
+    }
+}
+
+impl PlasticRates for OkaCyclic {
+    type State = OkaCyclicState;
+
+    #[inline(always)]
+    fn yield_function(&self, at: &StressPoint<OkaCyclicState>) -> f64 {
+        self.bearing(at).map_or(f64::INFINITY, |bearing| bearing.distance - self.elastic_radius)
+    }
+
+    /// Exact for K in proportion to p' and G to √p'.
     ///
     /// ```text
     /// p' = p'₀ exp(K/p' ε_v)        s = s₀ + 2 G₀ e (exp(y) − 1)/y        y = ½ K/p' ε_v
     /// ```
-    fn elastic(&self, point: &Point, strain: &Strain) -> Point {
-        let half = 0.5 * self.bulk_rate() * strain.volumetric;
+    #[inline(always)]
+    fn elastic(&self, at: &StressPoint<OkaCyclicState>, strain: Sym3) -> StressPoint<OkaCyclicState> {
+        let pressure = at.stress.pressure();
+        let half = -0.5 * self.bulk_rate() * strain.trace();
         let growth = half.exp();
         let mean = if half.abs() > 1e-5 { half.exp_m1() / half } else { 1.0 + 0.5 * half };
-        let twice_shear = 2.0 * self.shear_modulus_per_root(&point.state) * point.pressure.sqrt();
-        let mut state = point.state;
-        state.elastic_shear += strain.deviator.norm();
-        Point {
-            pressure: point.pressure * growth * growth,
-            deviator: point.deviator + strain.deviator * (twice_shear * mean),
-            state,
-        }
+        let deviator = strain.deviator();
+        let twice_shear = self.twice_shear_modulus(pressure, &at.state);
+        let stress =
+            at.stress.deviator() + deviator * (twice_shear * mean) - Sym3::IDENTITY * (pressure * growth * growth);
+        let elastic_shear = at.state.elastic_shear + deviator.norm();
+        StressPoint { stress, state: OkaCyclicState { elastic_shear, ..at.state } }
     }
 
-    /// The part of an elastic strain after which the point, inside or on its way in, comes to the yield surface from inside; at its end
-    /// it is outside.
-    fn elastic_part(&self, point: &Point, strain: &Strain) -> f64 {
-        // Newton's method from the outer end: the yield function is convex along the path but for the curvature of p'. Where that leads
-        // astray, bisection.
-        let (mut inner, mut part) = (0.0, 1.0);
-        let mut outer = 1.0;
-        for _ in 0..MOST_SUBSTEPS {
-            let here = self.elastic(point, &strain.scaled(part));
-            let value = self.yield_function(&here);
-            if value.abs() <= ON_THE_SURFACE * here.pressure || outer - inner <= f64::EPSILON {
-                break;
-            }
-            match value > 0.0 {
-                true => outer = part,
-                false => inner = part,
-            }
-            let pressure_rate = self.bulk_rate() * here.pressure * strain.volumetric;
-            let twice_shear = 2.0 * self.shear_modulus_per_root(&here.state) * here.pressure.sqrt();
-            let relative_rate = strain.deviator * twice_shear - here.state.back_ratio * pressure_rate;
-            let slope = here.direction(strain).double_dot(relative_rate) - self.elastic_radius * pressure_rate;
-            let newton = part - value / slope;
-            part = if newton > inner && newton < outer { newton } else { 0.5 * (inner + outer) };
-        }
-        part
+    #[inline(always)]
+    fn drive(&self, at: &StressPoint<OkaCyclicState>, strain: Sym3) -> f64 {
+        self.bearing(at).map_or(0.0, |bearing| self.drive_from(&bearing, &at.state, strain))
     }
 
-    /// How fast the elastic part of a strain leads out of the yield surface (Pa): 2G m:de − K (η*:m) dε_v.
-    fn drive(&self, point: &Point, strain: &Strain) -> f64 {
-        let direction = point.direction(strain);
-        let twice_shear = 2.0 * self.shear_modulus_per_root(&point.state) * point.pressure.sqrt();
-        let bulk = self.bulk_rate() * point.pressure;
-        twice_shear * direction.double_dot(strain.deviator)
-            - bulk * point.ratio().double_dot(direction) * strain.volumetric
-    }
-
-    /// The change of a point on the yield surface, to first order; without plastic strain if the strain leads inside.
-    ///
     /// Consistency of f, derived:
     ///
     /// ```text
     /// dγ = (2G m:de − K (η*:m) dε_v) / H      H = 2G − K (η*:m) D* (M̃* − η*:m) + p' B* (M*_f − m:χ*)
     /// ds = 2G (de − dγ m)                     dp' = K (dε_v − D* (M̃* − η*:m) dγ)
     /// ```
-    fn plastic(&self, point: &Point, strain: &Strain) -> Result<Change, LawError> {
-        let Point { pressure, state, .. } = point;
-        let twice_shear = 2.0 * self.shear_modulus_per_root(state) * pressure.sqrt();
-        let bulk = self.bulk_rate() * pressure;
-        let (direction, ratio) = (point.direction(strain), point.ratio());
+    #[inline(always)]
+    fn change(&self, at: &StressPoint<OkaCyclicState>, strain: Sym3) -> Result<StressPoint<OkaCyclicState>, NoRates> {
+        let state = &at.state;
+        let bearing = self.bearing(at).ok_or(NoRates::BeyondApex)?;
+        let Bearing { pressure, ratio, direction, .. } = bearing;
+        let (twice_shear, bulk) = (self.twice_shear_modulus(pressure, state), self.bulk_rate() * pressure);
         let along = ratio.double_dot(direction);
-        let potential_ratio = self.potential_ratio(*pressure, ratio, state);
+        let potential_ratio = self.potential_ratio(pressure, ratio, state);
         let contraction = self.dilatancy_factor(potential_ratio) * (potential_ratio - along);
         let hardening = self.hardening_factor(state);
         let room = self.failure_ratio - direction.double_dot(state.back_ratio);
         let modulus = twice_shear - bulk * along * contraction + pressure * hardening * room;
         if modulus <= 0.0 || modulus.is_nan() {
-            return Err(LawError::SnapBack { modulus });
+            return Err(NoRates::SnapBack { modulus });
         }
-        let shear = self.drive(point, strain).max(0.0) / modulus;
-        let elastic = strain.deviator - direction * shear;
-        Ok(Change {
-            pressure: bulk * (strain.volumetric - contraction * shear),
-            deviator: elastic * twice_shear,
+        let shear = self.drive_from(&bearing, state, strain).max(0.0) / modulus;
+        // In tension-positive measure, as the strain.
+        let elastic = strain.deviator() + direction * shear;
+        let mean = bulk * (strain.trace() + contraction * shear);
+        let change = OkaCyclicState {
             back_ratio: (direction * self.failure_ratio - state.back_ratio) * (hardening * shear),
             plastic_volumetric_strain: contraction * shear,
             plastic_shear: shear,
             elastic_shear: elastic.norm(),
-        })
+            ..OkaCyclicState::default()
+        };
+        Ok(StressPoint { stress: elastic * twice_shear + Sym3::IDENTITY * mean, state: change })
     }
 
-    /// Counts a reversal, if this is one, and remembers the direction.
-    fn begin_loading(&self, point: &mut Point, strain: &Strain) {
-        let direction = point.direction(strain);
-        if Self::is_reversal(direction, &point.state) {
-            point.state = Self::after_reversal(point.state);
+    #[inline(always)]
+    fn add(&self, state: &OkaCyclicState, change: &OkaCyclicState, factor: f64) -> OkaCyclicState {
+        OkaCyclicState {
+            back_ratio: state.back_ratio + change.back_ratio * factor,
+            plastic_volumetric_strain: state.plastic_volumetric_strain + change.plastic_volumetric_strain * factor,
+            plastic_shear: state.plastic_shear + change.plastic_shear * factor,
+            elastic_shear: state.elastic_shear + change.elastic_shear * factor,
+            ..*state
         }
-        point.state.direction = direction;
     }
 
-    /// Back to the yield surface, above the least pressure, and through phase transformation if it is reached.
-    fn settle(&self, point: Point, strain: &Strain) -> Point {
-        let mut point = point;
-        // Rounding leaves traces behind, and division by the small radius makes them grow.
-        point.state.back_ratio = point.state.back_ratio.deviator();
-        point.deviator = point.deviator.deviator();
-        let direction = point.direction(strain);
-        point.deviator = (point.state.back_ratio + direction * self.elastic_radius) * point.pressure;
-        point.state.direction = direction;
-        point.state.transformed |= point.ratio().norm() >= self.transformation_ratio();
-        point.no_lower(self.least_pressure)
-    }
-
-    /// Follows a strain increment: elastic parts exactly, plastic ones by Euler steps of two orders whose difference sets their length.
+    /// Three quarters of what is stable. A turn of m by a small angle is drawn back by η* and by χ*, derived:
     ///
-    /// S. W. Sloan (1987), Int. J. Numer. Meth. Engng 24, 893–911.
-    fn follow(&self, start: Point, strain: &Strain) -> Result<Point, LawError> {
-        let mut point = start;
-        let (mut done, mut part) = (0.0, 1.0);
-        // Set where the elastic path has come to the surface from inside: there it leads out, if only just (neutral loading).
-        let mut comes_out = false;
-        for _ in 0..MOST_SUBSTEPS {
-            let left = 1.0 - done;
-            if left <= LEAST_PART {
-                return Ok(point);
-            }
-            let inside = self.yield_function(&point) < -ON_THE_SURFACE * point.pressure;
-            if !comes_out && (inside || self.drive(&point, strain) <= 0.0) {
-                let rest = strain.scaled(left);
-                let end = self.elastic(&point, &rest);
-                if self.yield_function(&end) <= 0.0 {
-                    return Ok(end.no_lower(self.least_pressure));
-                }
-                let elastic_part = self.elastic_part(&point, &rest);
-                point = self.elastic(&point, &rest.scaled(elastic_part)).no_lower(self.least_pressure);
-                done += left * elastic_part;
-                self.begin_loading(&mut point, strain);
-                comes_out = true;
-                continue;
-            }
-            part = f64::min(part, left);
-            let step = strain.scaled(part);
-            let first = self.plastic(&point, &step)?;
-            let second = self.plastic(&point.after(&first).no_lower(self.least_pressure), &step)?;
-            let error = 0.5 * first.distance(&second, point.pressure);
-            let factor = 0.9 * (TOLERANCE / error.max(f64::MIN_POSITIVE)).sqrt();
-            if error > TOLERANCE && part > LEAST_PART {
-                part = LEAST_PART.max(part * factor.max(0.1));
-                continue;
-            }
-            point = self.settle(point.after(&first.mean(second)), strain);
-            comes_out = false;
-            done += part;
-            part *= factor.min(2.0);
+    /// ```text
+    /// dm/m = −(2G/p' + B* M*_f)/k dγ        dγ ≤ |de| 2G / (2G + p' B* (M*_f − m:χ*))
+    /// ```
+    #[inline(always)]
+    fn stable_sub_step(&self, at: &StressPoint<OkaCyclicState>, strain: Sym3) -> f64 {
+        let Some(Bearing { pressure, direction, .. }) = self.bearing(at) else { return 1.0 };
+        let stiffness = self.twice_shear_modulus(pressure, &at.state) / pressure;
+        let hardening = self.hardening_factor(&at.state);
+        let room = self.failure_ratio - direction.double_dot(at.state.back_ratio);
+        let shear = strain.deviator().norm() * stiffness / (stiffness + hardening * room);
+        (1.5 * self.elastic_radius / (shear * (stiffness + hardening * self.failure_ratio))).min(1.0)
+    }
+
+    /// Stresses settle round χ*, so its error is theirs.
+    #[inline(always)]
+    fn distance(&self, stress: Sym3, first: &StressPoint<OkaCyclicState>, second: &StressPoint<OkaCyclicState>) -> f64 {
+        let pressure = stress.pressure().max(self.least_pressure);
+        (second.stress - first.stress).norm() / pressure + (second.state.back_ratio - first.state.back_ratio).norm()
+    }
+
+    /// Back to the yield surface, above the least pressure; a reversal is counted, and phase transformation noted.
+    #[inline(always)]
+    fn settle(&self, at: StressPoint<OkaCyclicState>) -> StressPoint<OkaCyclicState> {
+        let mut state = at.state;
+        // Rounding leaves traces behind, and division by the small radius makes them grow.
+        state.back_ratio = state.back_ratio.deviator();
+        let stress = self.kept_closed(at.stress);
+        let Some(Bearing { pressure, direction, .. }) = self.bearing(&StressPoint { stress, state }) else {
+            return StressPoint { stress, state };
+        };
+        if Self::is_reversal(direction, &state) {
+            state = Self::after_reversal(state);
         }
-        Err(LawError::NotConverged { iterations: MOST_SUBSTEPS, residual: 1.0 - done })
+        state.direction = direction;
+        let ratio = state.back_ratio + direction * self.elastic_radius;
+        state.transformed |= ratio.norm() >= self.transformation_ratio();
+        StressPoint { stress: (ratio + Sym3::IDENTITY) * -pressure, state }
     }
 }
 
@@ -450,10 +364,11 @@ impl ConstitutiveLaw for OkaCyclic {
         if !strain.is_finite() {
             return Err(LawError::NotFinite { strain });
         }
-        let point = Point { pressure: stress.pressure().max(self.least_pressure), deviator: -stress.deviator(), state };
-        let strain = Strain { volumetric: -strain.trace(), deviator: -strain.deviator() };
-        let end = self.follow(point, &strain)?;
-        Ok((-end.deviator - Sym3::IDENTITY * end.pressure, end.state))
+        // Below the least pressure the elastic region lies round the deviator as it is, as at the start.
+        let lift = (self.least_pressure - stress.pressure()).max(0.0);
+        let start = StressPoint { stress: stress - Sym3::IDENTITY * lift, state };
+        let StressPoint { stress, state } = SUB_STEPPING.integrate(self, start, strain)?;
+        Ok((self.kept_closed(stress), state))
     }
 
     fn p_wave_modulus(&self, stress: Sym3, state: &Self::State) -> f64 {

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::root_pressure::RootPressure;
-use super::substepping::{PlasticRates, StressPoint, SubStepping};
+use super::substepping::{NoRates, PlasticRates, StressPoint, SubStepping};
 use super::{ConstitutiveLaw, LawError};
 use crate::tensor::{Matrix3, Matrix6, Sym3};
 
@@ -396,6 +396,14 @@ impl Rates<'_> {
             * ((1.0 + fabric) / (1.0 + self.law.modulus_degradation * fabric))
     }
 
+    /// How fast an elastic strain increment leads out of the yield surface, over the shear modulus (–): 2 n:de − K/G dε_v n:r.
+    #[inline(always)]
+    fn relative_drive(&self, bearing: &Bearing, strain: Sym3) -> f64 {
+        let (half_volumetric, shear_strain) = in_plane(strain);
+        let Bearing { ratio, normal, .. } = bearing;
+        2.0 * (normal.dot(shear_strain) - self.bulk_ratio * half_volumetric * normal.dot(*ratio))
+    }
+
     fn least_pressure(&self, state: &Pm4SandState) -> f64 {
         0.2 * state.smallest_pressure
     }
@@ -613,8 +621,14 @@ impl PlasticRates for Rates<'_> {
     }
 
     #[inline(always)]
-    fn change(&self, at: &StressPoint<Pm4SandState>, strain: Sym3) -> Option<StressPoint<Pm4SandState>> {
-        let bearing = self.bearing(at.stress, at.state.back_stress_ratio)?;
+    fn drive(&self, at: &StressPoint<Pm4SandState>, strain: Sym3) -> f64 {
+        let bearing = self.bearing(at.stress, at.state.back_stress_ratio);
+        bearing.map_or(0.0, |bearing| self.relative_drive(&bearing, strain))
+    }
+
+    #[inline(always)]
+    fn change(&self, at: &StressPoint<Pm4SandState>, strain: Sym3) -> Result<StressPoint<Pm4SandState>, NoRates> {
+        let bearing = self.bearing(at.stress, at.state.back_stress_ratio).ok_or(NoRates::BeyondApex)?;
         let (n, law) = (bearing.normal, self.law);
         // A peak of the fabric within the sub-step counts at once.
         let state = &Pm4SandState { fabric_peak: at.state.fabric_peak.max(at.state.fabric.radius()), ..at.state };
@@ -630,7 +644,7 @@ impl PlasticRates for Rates<'_> {
         let (half_volumetric, shear_strain) = in_plane(strain);
         let volumetric = 2.0 * half_volumetric;
         let n_ratio = n.dot(bearing.ratio);
-        let loading = 2.0 * shear * n.dot(shear_strain) - n_ratio * bulk * volumetric;
+        let loading = shear * self.relative_drive(&bearing, strain);
         let resistance = plastic_modulus + 2.0 * shear - bulk * dilatancy * n_ratio;
         // No plastic strain on unloading, nor where the rates have no answer.
         let multiplier = match loading > 0.0 && resistance > 0.0 {
@@ -656,7 +670,7 @@ impl PlasticRates for Rates<'_> {
             void_ratio: -(1.0 + state.void_ratio) * volumetric,
             ..Pm4SandState::default()
         };
-        Some(StressPoint { stress: from_plane(mean, deviator), state: change })
+        Ok(StressPoint { stress: from_plane(mean, deviator), state: change })
     }
 
     #[inline(always)]
@@ -680,8 +694,8 @@ impl PlasticRates for Rates<'_> {
     }
 
     #[inline(always)]
-    fn stress_scale(&self, stress: Sym3) -> f64 {
-        stress.norm().max(self.law.atmospheric_pressure / 200.0)
+    fn distance(&self, stress: Sym3, first: &StressPoint<Pm4SandState>, second: &StressPoint<Pm4SandState>) -> f64 {
+        (second.stress - first.stress).norm() / stress.norm().max(self.law.atmospheric_pressure / 200.0)
     }
 
     /// Back to the yield surface at the same pressure and back-stress ratio, and inside the bounding ratio; a reversal is noted.

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::root_pressure::RootPressure;
-use super::substepping::{PlasticRates, StressPoint, SubStepping};
+use super::substepping::{NoRates, PlasticRates, StressPoint, SubStepping};
 use super::{ConstitutiveLaw, LawError};
 use crate::tensor::{Matrix3, Sym3};
 
@@ -177,6 +177,13 @@ impl Sanisand {
         Some(Bearing { pressure, ratio, distance, normal })
     }
 
+    /// How fast an elastic strain increment leads out of the yield surface, over the shear modulus (–): 2 n:de − K/G dε_v n:r.
+    #[inline(always)]
+    fn relative_drive(&self, bearing: &Bearing, strain: Sym3) -> f64 {
+        let Bearing { ratio, normal, .. } = bearing;
+        self.bulk_ratio() * strain.trace() * normal.double_dot(*ratio) - 2.0 * normal.double_dot(strain.deviator())
+    }
+
     /// The stress and history with the pressure raised to the smallest one, at the same stress ratio.
     fn kept_closed(&self, stress: Sym3) -> Sym3 {
         let (mean, smallest) = (stress.pressure(), self.smallest_pressure());
@@ -239,9 +246,16 @@ impl PlasticRates for Sanisand {
     }
 
     #[inline(always)]
-    fn change(&self, at: &StressPoint<SanisandState>, strain: Sym3) -> Option<StressPoint<SanisandState>> {
+    fn drive(&self, at: &StressPoint<SanisandState>, strain: Sym3) -> f64 {
+        let bearing = self.bearing(at.stress, at.state.back_stress_ratio);
+        bearing.map_or(0.0, |bearing| self.relative_drive(&bearing, strain))
+    }
+
+    #[inline(always)]
+    fn change(&self, at: &StressPoint<SanisandState>, strain: Sym3) -> Result<StressPoint<SanisandState>, NoRates> {
         let state = &at.state;
-        let Bearing { pressure, ratio, normal: n, .. } = self.bearing(at.stress, state.back_stress_ratio)?;
+        let bearing = self.bearing(at.stress, state.back_stress_ratio).ok_or(NoRates::BeyondApex)?;
+        let Bearing { pressure, ratio, normal: n, .. } = bearing;
         let n_squared = squared(n);
         let cubed_trace = n_squared.double_dot(n);
         let cos_3_theta = (ROOT_6 * cubed_trace).clamp(-1.0, 1.0);
@@ -270,7 +284,7 @@ impl PlasticRates for Sanisand {
         let bulk = self.bulk_ratio() * shear;
         let (volumetric, deviator) = (-strain.trace(), -strain.deviator());
         let n_ratio = n.double_dot(ratio);
-        let loading = 2.0 * shear * n.double_dot(deviator) - bulk * volumetric * n_ratio;
+        let loading = shear * self.relative_drive(&bearing, strain);
         let elastic_part = 2.0 * shear * (flow_b - flow_c * cubed_trace) - bulk * dilatancy * n_ratio;
         // K_p u: beyond the bounding surface h is limited, so that softening takes half of the elastic resistance at most.
         let plastic_part = 2.0 / 3.0 * pressure * hardening * (bounding - along);
@@ -292,7 +306,7 @@ impl PlasticRates for Sanisand {
             plastic_volumetric_strain: -plastic_volumetric,
             plastic_shear_strain: ROOT_2_3 * plastic_deviator.norm(),
         };
-        Some(StressPoint { stress, state: change })
+        Ok(StressPoint { stress, state: change })
     }
 
     #[inline(always)]
@@ -317,8 +331,9 @@ impl PlasticRates for Sanisand {
     }
 
     #[inline(always)]
-    fn stress_scale(&self, stress: Sym3) -> f64 {
-        stress.norm().max(self.residual_pressure).max(self.smallest_pressure())
+    fn distance(&self, stress: Sym3, first: &StressPoint<SanisandState>, second: &StressPoint<SanisandState>) -> f64 {
+        let scale = stress.norm().max(self.residual_pressure).max(self.smallest_pressure());
+        (second.stress - first.stress).norm() / scale
     }
 
     /// Back to the yield surface at the same pressure and back-stress ratio; a reversal is noted.

@@ -29,6 +29,18 @@ pub struct StressPoint<S> {
     pub state: S,
 }
 
+/// Why the rates of a law have no answer at a point.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub enum NoRates {
+    /// The stress is beyond the apex of the surfaces.
+    BeyondApex,
+    /// Plastic strain lowers the stress faster than the elastic strain it replaces.
+    SnapBack {
+        /// The modulus (Pa) by which plastic loading divides; not positive.
+        modulus: f64,
+    },
+}
+
 /// The rate equations of an elasto-plastic law.
 pub trait PlasticRates {
     /// The history, and at the same time a change of it.
@@ -40,9 +52,17 @@ pub trait PlasticRates {
     /// The point after an elastic strain increment (–).
     fn elastic(&self, at: &StressPoint<Self::State>, strain: Sym3) -> StressPoint<Self::State>;
 
-    /// The changes over a strain increment (–) at the rates that hold at a point, or `None` where there are none, as beyond the apex
-    /// of a cone.
-    fn change(&self, at: &StressPoint<Self::State>, strain: Sym3) -> Option<StressPoint<Self::State>>;
+    /// How fast an elastic strain increment (–) leads out of the yield surface from a point on it, in any measure; negative where the point
+    /// unloads.
+    ///
+    /// Asked before the first sub-step and after each: what unloads within an increment is elastic until it meets the surface again.
+    fn drive(&self, at: &StressPoint<Self::State>, strain: Sym3) -> f64;
+
+    /// The changes over a strain increment (–) at the rates that hold at a point; without plastic strain where it unloads.
+    ///
+    /// # Errors
+    /// [`NoRates`] where the rates have no answer.
+    fn change(&self, at: &StressPoint<Self::State>, strain: Sym3) -> Result<StressPoint<Self::State>, NoRates>;
 
     /// A history and a change of it, times a factor.
     fn add(&self, state: &Self::State, change: &Self::State, factor: f64) -> Self::State;
@@ -55,8 +75,10 @@ pub trait PlasticRates {
         1.0
     }
 
-    /// The stress (Pa) by which the error of a sub-step is measured.
-    fn stress_scale(&self, stress: Sym3) -> f64;
+    /// How far two changes of a point are apart, relative to its stress at the end (Pa); twice the error of a sub-step (–).
+    ///
+    /// Where settling draws the stress to the history, as to the axis of a narrow cone, the history belongs in it.
+    fn distance(&self, stress: Sym3, first: &StressPoint<Self::State>, second: &StressPoint<Self::State>) -> f64;
 
     /// The point after the drift from the yield surface is taken back. Called where the stress meets the yield surface and after every
     /// sub-step, so that reversals can be noted here, too.
@@ -72,7 +94,7 @@ pub struct SubStepFailure {
     pub history: String,
     /// The strain increment (–).
     pub strain: Sym3,
-    /// The fraction of the plastic part of the increment that was done.
+    /// The fraction of the increment that was done.
     pub done: f64,
     /// The error of the smallest sub-step relative to the stress; infinite if it has no answer at all.
     pub error: f64,
@@ -101,16 +123,37 @@ pub struct SubStepping {
     pub yield_tolerance: f64,
 }
 
-/// The first trial fraction of an increment that tells unloading from loading.
+/// The first trial fraction of an increment that looks for a stress inside the yield surface.
 const PROBE: f64 = 1.0 / 1024.0;
+/// The least part of a sub-step that is taken to where unloading begins.
+const LEAST_PART: f64 = 0.1;
 /// Halving the bracket this often ends in neighbouring numbers.
 const MOST_ITERATIONS: usize = 60;
 
+/// How far a strain increment has been followed.
+struct Path<S> {
+    point: StressPoint<S>,
+    /// The whole increment (–).
+    strain: Sym3,
+    /// The fraction of it that is left.
+    left: f64,
+    /// The fraction of it that the next sub-step tries.
+    size: f64,
+}
+
+/// Why a path cannot be followed any further.
+enum Stop {
+    NoRates(NoRates),
+    /// The error of the smallest sub-step.
+    Inaccurate(f64),
+}
+
 impl SubStepping {
-    /// The point after a strain increment (–): elastic up to the yield surface, then along the plastic rates.
+    /// The point after a strain increment (–): elastic up to the yield surface, along the plastic rates from there, and elastic again
+    /// wherever it unloads.
     ///
     /// # Errors
-    /// [`LawError::SubSteps`] if the smallest sub-step is not accurate enough.
+    /// [`LawError::SubSteps`] if the smallest sub-step is not accurate enough or the stress is beyond the apex, [`LawError::SnapBack`].
     #[inline]
     pub fn integrate<R: PlasticRates>(
         &self,
@@ -118,90 +161,133 @@ impl SubStepping {
         start: StressPoint<R::State>,
         strain: Sym3,
     ) -> Result<StressPoint<R::State>, LawError> {
-        let trial = rates.elastic(&start, strain);
-        if rates.yield_function(&trial) <= self.yield_tolerance {
-            return Ok(trial);
+        let mut path = Path { point: start, strain, left: 1.0, size: 1.0 };
+        let mut unloads = None;
+        while path.left > f64::EPSILON {
+            let rest = strain * path.left;
+            let at_start = rates.yield_function(&path.point);
+            if at_start < -self.yield_tolerance || unloads.unwrap_or_else(|| rates.drive(&path.point, strain) < 0.0) {
+                let trial = rates.elastic(&path.point, rest);
+                let at_end = rates.yield_function(&trial);
+                if at_end <= self.yield_tolerance {
+                    return Ok(trial);
+                }
+                let fraction = self.elastic_fraction(rates, &path.point, rest, (at_start, at_end));
+                path.point = if fraction > 0.0 { rates.elastic(&path.point, rest * fraction) } else { path.point };
+                path.left *= 1.0 - fraction;
+            }
+            path.point = rates.settle(path.point);
+            let stopped = self.plastic(rates, &mut path).map_err(|stop| failure(stop, &start, &path))?;
+            unloads = Some(stopped);
         }
-        let fraction = self.elastic_fraction(rates, &start, strain);
-        let met = match fraction > 0.0 {
-            true => rates.elastic(&start, strain * fraction),
-            false => start,
-        };
-        self.plastic(rates, rates.settle(met), strain * (1.0 - fraction)).map_err(|(done, error)| {
-            let (stress, history) = (start.stress, format!("{:?}", start.state));
-            LawError::SubSteps(Box::new(SubStepFailure { stress, history, strain, done, error }))
-        })
+        Ok(path.point)
     }
 
-    /// The fraction of an increment at which the stress leaves the yield surface for good.
+    /// The fraction of an increment at which an elastic path, from inside or on its way in, leaves the yield surface for good. With the
+    /// yield function at both ends.
     ///
     /// The yield function is taken to be convex along the elastic path: a path that leaves the surface inwards comes back once.
-    fn elastic_fraction<R: PlasticRates>(&self, rates: &R, start: &StressPoint<R::State>, strain: Sym3) -> f64 {
+    fn elastic_fraction<R: PlasticRates>(
+        &self,
+        rates: &R,
+        start: &StressPoint<R::State>,
+        strain: Sym3,
+        (at_start, at_end): (f64, f64),
+    ) -> f64 {
         let value = |fraction| rates.yield_function(&rates.elastic(start, strain * fraction));
-        let at_start = rates.yield_function(start);
-        if at_start < -self.yield_tolerance {
-            return root(value, (0.0, at_start), (1.0, value(1.0)), self.yield_tolerance);
-        }
-        let mut fraction = PROBE;
-        let mut inside = value(fraction);
-        if inside >= at_start {
-            return 0.0;
-        }
+        let (mut fraction, mut inside) = (0.0_f64, at_start);
         while inside >= -self.yield_tolerance && fraction < 1.0 {
-            fraction *= 2.0;
+            fraction = (2.0 * fraction).max(PROBE);
             inside = value(fraction);
         }
         match fraction < 1.0 {
-            true => root(value, (fraction, inside), (1.0, value(1.0)), self.yield_tolerance),
+            true => root(value, (fraction, inside), (1.0, at_end), self.yield_tolerance),
             false => 0.0,
         }
     }
 
-    /// Follows the plastic rates over an increment; fails with the fraction done and the error of the smallest sub-step.
-    fn plastic<R: PlasticRates>(
-        &self,
-        rates: &R,
-        mut point: StressPoint<R::State>,
-        strain: Sym3,
-    ) -> Result<StressPoint<R::State>, (f64, f64)> {
-        let (mut left, mut size) = (1.0_f64, 1.0_f64);
-        while left > f64::EPSILON {
-            size = size.min(left).min(rates.stable_sub_step(&point, strain));
-            let (next, error) = match sub_step(rates, &point, strain * size) {
-                Some((next, error)) if error <= self.tolerance => (next, error),
-                outcome => {
-                    let error = outcome.map_or(f64::INFINITY, |(_, error)| error);
-                    if size <= self.smallest {
-                        return Err((1.0 - left, error));
-                    }
-                    size = (size * (0.9 * (self.tolerance / error).sqrt()).max(0.1)).max(self.smallest);
-                    continue;
-                }
-            };
-            point = rates.settle(next);
-            left -= size;
-            size *= (0.9 * (self.tolerance / error).sqrt()).clamp(0.1, 4.0);
+    /// Follows the plastic rates from the yield surface, for one sub-step at least, to the end of the increment or to where it unloads:
+    /// that is the answer.
+    #[inline(always)]
+    fn plastic<R: PlasticRates>(&self, rates: &R, path: &mut Path<R::State>) -> Result<bool, Stop> {
+        let mut drive = rates.drive(&path.point, path.strain);
+        while path.left > f64::EPSILON {
+            let (point, left) = (path.point, path.left);
+            self.advance(rates, path)?;
+            let drive_old = std::mem::replace(&mut drive, rates.drive(&path.point, path.strain));
+            if drive >= 0.0 {
+                continue;
+            }
+            if drive_old > 0.0 {
+                // Taken again to where unloading begins, but for a part that is sure to go on: so the answer has no jumps.
+                let taken = left - path.left;
+                (path.point, path.left) = (point, left);
+                path.size = taken * (drive_old / (drive_old - drive)).max(LEAST_PART);
+                self.advance(rates, path)?;
+            }
+            return Ok(true);
         }
-        Ok(point)
+        Ok(false)
+    }
+
+    /// One plastic sub-step, as long as its error allows.
+    #[inline(always)]
+    fn advance<R: PlasticRates>(&self, rates: &R, path: &mut Path<R::State>) -> Result<(), Stop> {
+        path.size = path.size.min(path.left).min(rates.stable_sub_step(&path.point, path.strain));
+        loop {
+            let part = path.strain * path.size;
+            // Where the point itself has no answer, no shorter sub-step has one.
+            let first = rates.change(&path.point, part).map_err(Stop::NoRates)?;
+            let (error, stop) = match sub_step(rates, &path.point, &first, part) {
+                Ok((next, error)) if error <= self.tolerance => {
+                    path.point = rates.settle(next);
+                    path.left -= path.size;
+                    path.size *= (0.9 * (self.tolerance / error).sqrt()).clamp(0.1, 4.0);
+                    return Ok(());
+                }
+                Ok((_, error)) => (error, Stop::Inaccurate(error)),
+                Err(no_rates) => (f64::INFINITY, Stop::NoRates(no_rates)),
+            };
+            if path.size <= self.smallest {
+                return Err(stop);
+            }
+            path.size = (path.size * (0.9 * (self.tolerance / error).sqrt()).max(0.1)).max(self.smallest);
+        }
     }
 }
 
-/// One step of the modified Euler method, and its error relative to the stress.
+/// One step of the modified Euler method from its first change, and its error relative to the stress.
 #[inline(always)]
 fn sub_step<R: PlasticRates>(
     rates: &R,
     at: &StressPoint<R::State>,
+    first: &StressPoint<R::State>,
     strain: Sym3,
-) -> Option<(StressPoint<R::State>, f64)> {
-    let first = rates.change(at, strain)?;
+) -> Result<(StressPoint<R::State>, f64), NoRates> {
     let euler = StressPoint { stress: at.stress + first.stress, state: rates.add(&at.state, &first.state, 1.0) };
     let second = rates.change(&euler, strain)?;
     let stress = at.stress + (first.stress + second.stress) * 0.5;
     let state = rates.add(&rates.add(&at.state, &first.state, 0.5), &second.state, 0.5);
-    let difference = second.stress - first.stress;
-    let error = 0.5 * difference.norm() / rates.stress_scale(stress);
-    // A sub-step without a number as its error counts as one without an answer.
-    (!error.is_nan()).then_some((StressPoint { stress, state }, error))
+    let error = 0.5 * rates.distance(stress, first, &second);
+    // A sub-step without a number as its error is as bad as can be.
+    Ok((StressPoint { stress, state }, if error.is_nan() { f64::INFINITY } else { error }))
+}
+
+/// What is said where a path cannot be followed.
+#[cold]
+fn failure<S: fmt::Debug>(stop: Stop, start: &StressPoint<S>, path: &Path<S>) -> LawError {
+    let error = match stop {
+        Stop::NoRates(NoRates::SnapBack { modulus }) => return LawError::SnapBack { modulus },
+        Stop::NoRates(NoRates::BeyondApex) => f64::INFINITY,
+        Stop::Inaccurate(error) => error,
+    };
+    LawError::SubSteps(Box::new(SubStepFailure {
+        stress: start.stress,
+        history: format!("{:?}", start.state),
+        strain: path.strain,
+        done: 1.0 - path.left,
+        error,
+    }))
 }
 
 /// A root of a function that changes its sign between two points (argument, value).
@@ -249,14 +335,18 @@ mod tests {
             StressPoint { stress: at.stress + strain * MODULUS, state: () }
         }
 
-        fn change(&self, at: &StressPoint<()>, strain: Sym3) -> Option<StressPoint<()>> {
-            Some(StressPoint { stress: strain * (MODULUS * (1.0 - at.stress.xx / LIMIT)), state: () })
+        fn drive(&self, _: &StressPoint<()>, strain: Sym3) -> f64 {
+            strain.xx
+        }
+
+        fn change(&self, at: &StressPoint<()>, strain: Sym3) -> Result<StressPoint<()>, NoRates> {
+            Ok(StressPoint { stress: strain * (MODULUS * (1.0 - at.stress.xx / LIMIT)), state: () })
         }
 
         fn add(&self, (): &(), (): &(), _: f64) {}
 
-        fn stress_scale(&self, _: Sym3) -> f64 {
-            LIMIT
+        fn distance(&self, _: Sym3, first: &StressPoint<()>, second: &StressPoint<()>) -> f64 {
+            (second.stress - first.stress).norm() / LIMIT
         }
 
         fn settle(&self, at: StressPoint<()>) -> StressPoint<()> {
@@ -309,16 +399,20 @@ mod tests {
             StressPoint { stress: at.stress + strain * (2.0 * SHEAR_MODULUS), state: () }
         }
 
-        fn change(&self, at: &StressPoint<()>, strain: Sym3) -> Option<StressPoint<()>> {
+        fn drive(&self, at: &StressPoint<()>, strain: Sym3) -> f64 {
+            at.stress.double_dot(strain)
+        }
+
+        fn change(&self, at: &StressPoint<()>, strain: Sym3) -> Result<StressPoint<()>, NoRates> {
             let normal = at.stress * (1.0 / at.stress.norm());
             let loading = normal.double_dot(strain).max(0.0);
-            Some(StressPoint { stress: (strain - normal * loading) * (2.0 * SHEAR_MODULUS), state: () })
+            Ok(StressPoint { stress: (strain - normal * loading) * (2.0 * SHEAR_MODULUS), state: () })
         }
 
         fn add(&self, (): &(), (): &(), _: f64) {}
 
-        fn stress_scale(&self, _: Sym3) -> f64 {
-            RADIUS
+        fn distance(&self, _: Sym3, first: &StressPoint<()>, second: &StressPoint<()>) -> f64 {
+            (second.stress - first.stress).norm() / RADIUS
         }
 
         fn settle(&self, at: StressPoint<()>) -> StressPoint<()> {
@@ -357,9 +451,82 @@ mod tests {
             assert!(off < 1e-9, "{start} {strain}: {off:e}");
         }
         // Unloading along a chord: the path is elastic until it meets the circle again.
-        let fraction = FINE.elastic_fraction(&Perfect, &at(1.0), shear(-2.0, 1.0) * yield_strain);
+        let strain = shear(-2.0, 1.0) * yield_strain;
+        let at_end = Perfect.yield_function(&Perfect.elastic(&at(1.0), strain));
+        let fraction = FINE.elastic_fraction(&Perfect, &at(1.0), strain, (0.0, at_end));
         // (1 − 2t)² + t² = 1.
         assert!((fraction - 0.8).abs() < 1e-8, "{fraction}");
+    }
+
+    /// A cone |s| ≤ M p in shear, K = k p, constant G, no dilatancy.
+    struct Cone;
+
+    const BULK_RATE: f64 = 200.0;
+    const SLOPE: f64 = 0.5;
+
+    impl Cone {
+        fn elastic_stress(stress: Sym3, strain: Sym3) -> Sym3 {
+            let pressure = stress.pressure() * (-BULK_RATE * strain.trace()).exp();
+            stress.deviator() + strain.deviator() * (2.0 * SHEAR_MODULUS) - Sym3::IDENTITY * pressure
+        }
+    }
+
+    impl PlasticRates for Cone {
+        type State = ();
+
+        fn yield_function(&self, at: &StressPoint<()>) -> f64 {
+            at.stress.deviator().norm() / at.stress.pressure() - SLOPE
+        }
+
+        fn elastic(&self, at: &StressPoint<()>, strain: Sym3) -> StressPoint<()> {
+            StressPoint { stress: Cone::elastic_stress(at.stress, strain), state: () }
+        }
+
+        fn drive(&self, at: &StressPoint<()>, strain: Sym3) -> f64 {
+            let deviator = at.stress.deviator();
+            2.0 * SHEAR_MODULUS * deviator.double_dot(strain) / deviator.norm()
+                + SLOPE * BULK_RATE * at.stress.pressure() * strain.trace()
+        }
+
+        fn change(&self, at: &StressPoint<()>, strain: Sym3) -> Result<StressPoint<()>, NoRates> {
+            let deviator = at.stress.deviator();
+            let volumetric = Sym3::IDENTITY * (BULK_RATE * at.stress.pressure() * strain.trace());
+            let plastic = deviator * (self.drive(at, strain).max(0.0) / deviator.norm());
+            Ok(StressPoint { stress: strain.deviator() * (2.0 * SHEAR_MODULUS) + volumetric - plastic, state: () })
+        }
+
+        fn add(&self, (): &(), (): &(), _: f64) {}
+
+        fn distance(&self, stress: Sym3, first: &StressPoint<()>, second: &StressPoint<()>) -> f64 {
+            (second.stress - first.stress).norm() / stress.pressure()
+        }
+
+        fn settle(&self, at: StressPoint<()>) -> StressPoint<()> {
+            let (pressure, deviator) = (at.stress.pressure(), at.stress.deviator());
+            let factor = (SLOPE * pressure / deviator.norm()).min(1.0);
+            StressPoint { stress: deviator * factor - Sym3::IDENTITY * pressure, state: () }
+        }
+    }
+
+    /// Shear and compression together, from the cone: the stress stays on it while 2G de > M k p dε_v, then p grows too fast. From there on
+    /// both parts are elastic: s = M p* + 2G (e − e*), with p* = 2G e/(M k ε_v).
+    #[test]
+    fn unloading_within_an_increment_is_elastic() {
+        let (pressure, volumetric) = (100e3, 5e-3);
+        // Unloading begins after these fractions of the increment.
+        for at in [0.1_f64, 0.5, 0.73, 0.95] {
+            let left = pressure * (BULK_RATE * volumetric * at).exp();
+            let shear_strain = left * SLOPE * BULK_RATE * volumetric / (2.0 * SHEAR_MODULUS);
+            let direction = shear(1.0 / 2.0_f64.sqrt(), 0.0);
+            let start = StressPoint { stress: direction * (SLOPE * pressure) - Sym3::IDENTITY * pressure, state: () };
+            let strain = direction * shear_strain - Sym3::IDENTITY * (volumetric / 3.0);
+            let end = SubStepping { tolerance: 1e-4, ..FINE }.integrate(&Cone, start, strain).unwrap().stress;
+            let exact = SLOPE * left + 2.0 * SHEAR_MODULUS * shear_strain * (1.0 - at);
+            let off = (end.deviator().norm() / exact - 1.0).abs();
+            // The drive turns linearly: a sub-step that ends where it is zero to first order is as good as its tolerance.
+            assert!(off < 1e-4, "{at}: {off:e}");
+            assert!((end.pressure() / (pressure * (BULK_RATE * volumetric).exp()) - 1.0).abs() < 1e-4);
+        }
     }
 
     #[test]
@@ -385,15 +552,19 @@ mod tests {
             *at
         }
 
-        fn change(&self, _: &StressPoint<u8>, _: Sym3) -> Option<StressPoint<u8>> {
-            None
+        fn drive(&self, _: &StressPoint<u8>, _: Sym3) -> f64 {
+            1.0
+        }
+
+        fn change(&self, _: &StressPoint<u8>, _: Sym3) -> Result<StressPoint<u8>, NoRates> {
+            Err(NoRates::BeyondApex)
         }
 
         fn add(&self, state: &u8, _: &u8, _: f64) -> u8 {
             *state
         }
 
-        fn stress_scale(&self, _: Sym3) -> f64 {
+        fn distance(&self, _: Sym3, _: &StressPoint<u8>, _: &StressPoint<u8>) -> f64 {
             1.0
         }
 
