@@ -1,11 +1,12 @@
 use std::ops::Range;
 
 use super::checkerboard::Checkerboard;
-use super::conjugate_gradient::{Breakdown, ConjugateGradient};
+use super::conjugate_gradient::Breakdown;
 use super::envelope::Envelope;
 use super::geometry::{FilledBox, fill_boxes, smallest_fill};
 use super::particle_pressure::{CellPressure, ParticlePressure};
 use super::tied::TiedCells;
+use super::wide_system::{Contributions, WideSystem};
 use super::{PressureError, PressureReport, PressureScheme, StepView};
 use crate::grid::{CellFields, NodeFields, Side, SideSet};
 use crate::particles::Particles;
@@ -91,8 +92,7 @@ pub struct Coupled<const D: usize> {
     ties: Vec<TiedCells>,
     checkerboard: Checkerboard,
     matrix: Envelope,
-    iteration: ConjugateGradient,
-    diagonal: Vec<f64>,
+    wide: WideSystem,
     right: Vec<f64>,
     solution: Vec<f64>,
     /// Values by row, for the direct solver.
@@ -159,8 +159,7 @@ impl<const D: usize> Coupled<D> {
             ties: Vec::new(),
             checkerboard: Checkerboard::default(),
             matrix: Envelope::default(),
-            iteration: ConjugateGradient::default(),
-            diagonal: Vec::new(),
+            wide: WideSystem::default(),
             right: Vec::new(),
             solution: Vec::new(),
             rows: Vec::new(),
@@ -211,8 +210,7 @@ impl<const D: usize> Coupled<D> {
         for nodal in [&mut self.relaxation, &mut self.compliance, &mut self.nodal] {
             nodal.resize(at.grid.num_nodes(), Vector::zeros());
         }
-        self.iteration.resize(size);
-        for work in [&mut self.diagonal, &mut self.right, &mut self.solution, &mut self.rows] {
+        for work in [&mut self.right, &mut self.solution, &mut self.rows] {
             work.resize(size, 0.0);
         }
         // Capacity for the most that so many cells can need, so that later steps do not allocate. All are filled anew below.
@@ -226,6 +224,8 @@ impl<const D: usize> Coupled<D> {
         self.drains.reserve(2 * D * size);
         if self.topology.direct {
             self.matrix.set_shape(self.topology.first_column.iter().copied());
+        } else {
+            self.wide.rebuild(at, &self.topology.stencils);
         }
     }
 
@@ -301,7 +301,7 @@ impl<const D: usize> Coupled<D> {
 
     /// One c for all nodes that move as one, and their part of the matrix.
     fn relax_ties(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
-        let Coupled { relaxation, compliance, ties, topology, divergence, .. } = self;
+        let Coupled { relaxation, compliance, ties, topology, divergence, wide, .. } = self;
         ties.resize_with(nodes.ties.len(), TiedCells::default);
         for (tied, tie) in ties.iter_mut().zip(&nodes.ties) {
             let axis = tie.axis();
@@ -314,8 +314,12 @@ impl<const D: usize> Coupled<D> {
                 compliance[node][axis] = 0.0;
             }
             let strength = if mobility > 0.0 { mobility * weighted / mass } else { 0.0 };
-            tied.resize(at.active.cells().len());
-            tied.measure(at, tie, strength, divergence, |place| topology.cells_of_node(place));
+            let (size, place_of): (usize, &dyn Fn(usize) -> usize) = match topology.direct {
+                true => (at.active.cells().len(), &|slot| slot),
+                false => (wide.num_sites(), &|slot| wide.site_of_cell()[slot] as usize),
+            };
+            tied.resize(size);
+            tied.measure(at, tie, strength, divergence, |place| topology.cells_of_node(place), place_of);
         }
     }
 
@@ -469,51 +473,22 @@ impl<const D: usize> Coupled<D> {
         PressureError::NotPositiveDefinite { time: at.time, cell: at.cell_index_of_slot(slot), pivot, short_step }
     }
 
-    /// Solves by conjugate gradients without assembling the matrix, started from the last pressures.
+    /// Fills the matrix of a wide system.
+    fn measure_wide(&mut self, at: &StepView<D>) -> Result<(), PressureError> {
+        let Coupled { topology, divergence, compliance, inner, drains, checkerboard, cells, wide, .. } = self;
+        let faces = &topology.faces;
+        let contributions = Contributions { divergence, compliance, faces, inner, drains, checkerboard };
+        let outcome = wide.measure(at, &contributions, |slot| cells[slot].storage);
+        outcome.map_err(|(slot, entry)| self.not_positive_definite(at, slot, entry))
+    }
+
+    /// Solves by conjugate gradients, started from the last pressures.
     fn solve_iteratively(&mut self, at: &StepView<D>) -> Result<usize, PressureError> {
-        let Coupled {
-            topology, divergence, cells, inner, drains, compliance, ties, checkerboard, nodal, diagonal, ..
-        } = self;
-        for (slot, cell) in cells.iter().enumerate() {
-            diagonal[slot] = cell.storage;
-        }
-        for (e, (&node, k)) in topology.stencils.iter().zip(divergence.iter()).enumerate() {
-            diagonal[e / topology.stencil_len] += k.component_mul(&compliance[node as usize]).dot(k);
-        }
-        for (&(lower, upper, _), &(conductance, _)) in topology.faces.iter().zip(inner.iter()) {
-            diagonal[lower as usize] += conductance;
-            diagonal[upper as usize] += conductance;
-        }
-        for &(slot, conductance, _) in drains.iter() {
-            diagonal[slot as usize] += conductance;
-        }
-        checkerboard.add_diagonal(diagonal);
-        ties.iter().for_each(|tie| tie.add_diagonal(diagonal));
-        let multiply = |p: &[f64], product: &mut [f64]| {
-            topology.push_nodes(at, divergence, p, nodal);
-            for &node in at.active.nodes() {
-                let node = node as usize;
-                nodal[node] = nodal[node].component_mul(&compliance[node]);
-            }
-            for (slot, cell) in cells.iter().enumerate() {
-                product[slot] = cell.storage * p[slot] + topology.divergence_of(slot, divergence, nodal);
-            }
-            for (&(lower, upper, _), &(conductance, _)) in topology.faces.iter().zip(inner.iter()) {
-                let flow = conductance * (p[lower as usize] - p[upper as usize]);
-                product[lower as usize] += flow;
-                product[upper as usize] -= flow;
-            }
-            for &(slot, conductance, _) in drains.iter() {
-                product[slot as usize] += conductance * p[slot as usize];
-            }
-            checkerboard.add_product(p, product);
-            ties.iter().for_each(|tie| tie.add_product(p, product));
-        };
-        let outcome = self.iteration.solve(multiply, diagonal, &self.right, &mut self.solution);
+        let outcome = self.wide.solve(&self.ties, &self.right, &mut self.solution);
         outcome.map_err(|breakdown| match breakdown {
-            Breakdown::Indefinite { row, quotient } => self.not_positive_definite(at, row, quotient),
-            Breakdown::NotConverged { row, iterations, residual } => {
-                let cell = at.cell_index_of_slot(row);
+            Breakdown::Indefinite { site, quotient } => self.not_positive_definite(at, site, quotient),
+            Breakdown::NotConverged { site, iterations, residual } => {
+                let cell = at.cell_index_of_slot(site);
                 PressureError::NotConverged { time: at.time, cell, iterations, residual }
             }
         })
@@ -703,8 +678,9 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
         self.measure_faces(at);
         self.checkerboard.measure(|slot| self.cells[slot].storage);
         self.relax_nodes(at, nodes);
-        if self.topology.direct {
-            self.factorize(at)?;
+        match self.topology.direct {
+            true => self.factorize(at)?,
+            false => self.measure_wide(at)?,
         }
         for (pressure, &cell) in self.solution.iter_mut().zip(at.active.cells()) {
             *pressure = cells.pressure_old[cell as usize];
