@@ -81,6 +81,8 @@ pub struct Coupled<const D: usize> {
     divergence: Vec<Vector<D>>,
     boxes: Vec<FilledBox<D>>,
     cells: Vec<CellCoefficients>,
+    /// d/(k b) from the centre of each active cell to its sides, per axis: the inverse of T (s/m²; 2-D: s/m, 1-D: s).
+    resistances: Vec<Vector<D>>,
     /// Conductance T/γ_w of every inner face, (m³/s)/Pa, and its flow under gravity q_g (m³/s).
     inner: Vec<(f64, f64)>,
     /// Slot, conductance and gravity flow of every drained side.
@@ -152,6 +154,7 @@ impl<const D: usize> Coupled<D> {
             divergence: Vec::new(),
             boxes: Vec::new(),
             cells: Vec::new(),
+            resistances: Vec::new(),
             inner: Vec::new(),
             drains: Vec::new(),
             relaxation: Vec::new(),
@@ -218,6 +221,8 @@ impl<const D: usize> Coupled<D> {
         self.boxes.reserve(size);
         self.cells.clear();
         self.cells.reserve(size);
+        self.resistances.clear();
+        self.resistances.reserve(size);
         self.inner.clear();
         self.inner.reserve(D * size);
         self.drains.clear();
@@ -264,21 +269,23 @@ impl<const D: usize> Coupled<D> {
     /// `d` is the distance from a cell's centre to the face (m), `b` the wetted area on its side (m²).
     fn measure_faces(&mut self, at: &StepView<D>) {
         let weight = at.gravity * self.fluid.density;
-        let resistance = |slot: u32, axis: usize| {
-            let filled = &self.boxes[slot as usize];
-            filled.half_extent(axis) / (self.cells[slot as usize].conductivity * filled.side_area(axis))
-        };
-        self.inner.clear();
-        for &(lower, upper, axis) in &self.topology.faces {
-            let transmissibility = 1.0 / (resistance(lower, axis as usize) + resistance(upper, axis as usize));
-            let between = self.boxes[upper as usize].center() - self.boxes[lower as usize].center();
-            let conductance = transmissibility / self.fluid.unit_weight;
-            self.inner.push((conductance, conductance * weight.dot(&between)));
-        }
+        let Coupled { boxes, cells, resistances, inner, fluid, .. } = self;
+        resistances.clear();
+        resistances.extend(boxes.iter().zip(cells.iter()).map(|(filled, cell)| {
+            Vector::from_fn(|axis, _| filled.half_extent(axis) / (cell.conductivity * filled.side_area(axis)))
+        }));
+        inner.clear();
+        inner.extend(self.topology.faces.iter().map(|&(lower, upper, axis)| {
+            let (lower, upper, axis) = (lower as usize, upper as usize, axis as usize);
+            let transmissibility = 1.0 / (resistances[lower][axis] + resistances[upper][axis]);
+            let between = boxes[upper].center() - boxes[lower].center();
+            let conductance = transmissibility / fluid.unit_weight;
+            (conductance, conductance * weight.dot(&between))
+        }));
         self.drains.clear();
         for &(slot, side) in &self.topology.open {
             if self.cells[slot as usize].drained.contains(side) {
-                let conductance = 1.0 / (resistance(slot, side.axis) * self.fluid.unit_weight);
+                let conductance = 1.0 / (self.resistances[slot as usize][side.axis] * self.fluid.unit_weight);
                 let to_side = side.sign() * self.boxes[slot as usize].half_extent(side.axis);
                 self.drains.push((slot, conductance, conductance * weight[side.axis] * to_side));
             }
@@ -671,7 +678,7 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
     ) -> Result<PressureReport, PressureError> {
         self.update_topology(at);
         self.sum_particles(at, particles);
-        fill_boxes(self.quadrature, at, particles, &mut self.boxes);
+        fill_boxes(self.quadrature, at, particles, &self.topology.open, &mut self.boxes);
         if self.quadrature == Quadrature::MaterialPoints {
             at.transfer.divergence_of_particles(at.grid, particles, at.active, &mut self.divergence);
         }

@@ -29,7 +29,7 @@ impl<const D: usize> FilledBox<D> {
     }
 }
 
-/// Fills `boxes` with one box per active cell.
+/// Fills `boxes` with one box per active cell; `open` are the sides without material beyond.
 ///
 /// With [`Quadrature::Cell`] (the paper) it is the whole cell. With [`Quadrature::MaterialPoints`] it reaches to every
 /// side with material beyond, and to the boxes of the cell's own particles where there is none.
@@ -37,51 +37,66 @@ pub(super) fn fill_boxes<const D: usize>(
     quadrature: Quadrature,
     at: &StepView<D>,
     particles: &Particles<D>,
+    open: &[(u32, Side)],
     boxes: &mut Vec<FilledBox<D>>,
 ) {
     boxes.clear();
-    for &cell in at.active.cells() {
+    boxes.extend(at.active.cells().iter().map(|&cell| {
         let lower = at.grid.cell_origin(cell as usize);
-        boxes.push(FilledBox { lower, upper: lower + at.grid.spacing() });
+        FilledBox { lower, upper: lower + at.grid.spacing() }
+    }));
+    if quadrature == Quadrature::MaterialPoints {
+        shrink_boxes(at, particles, open, boxes);
     }
-    if quadrature == Quadrature::Cell {
-        return;
-    }
+}
+
+/// Makes the boxes at the surface as small as their particles.
+fn shrink_boxes<const D: usize>(
+    at: &StepView<D>,
+    particles: &Particles<D>,
+    open: &[(u32, Side)],
+    boxes: &mut [FilledBox<D>],
+) {
     // Sides towards empty cells or the end of the grid start from the opposite side and grow with the particles.
-    for (slot, &cell) in at.active.cells().iter().enumerate() {
-        let whole = boxes[slot];
-        for side in Side::all::<D>() {
-            let beyond = at.grid.neighbor(cell as usize, side).and_then(|other| at.active.slot(other));
-            if beyond.is_none() {
-                let (corner, opposite) = match side.upper {
-                    true => (&mut boxes[slot].upper, whole.lower),
-                    false => (&mut boxes[slot].lower, whole.upper),
-                };
-                corner[side.axis] = opposite[side.axis];
-            }
+    let spacing = at.grid.spacing();
+    for &(slot, side) in open {
+        let origin = at.grid.cell_origin(at.active.cells()[slot as usize] as usize);
+        let filled = &mut boxes[slot as usize];
+        match side.upper {
+            true => filled.upper[side.axis] = origin[side.axis],
+            false => filled.lower[side.axis] = origin[side.axis] + spacing[side.axis],
         }
     }
-    for p in 0..particles.len() {
-        let cell = particles.cell[p] as usize;
-        let Some(slot) = at.active.slot(cell) else { continue };
-        let cell_lower = at.grid.cell_origin(cell);
+    for (p, &cell) in particles.cell.iter().enumerate() {
+        let Some(slot) = at.active.slot(cell as usize) else { continue };
         let filled = &mut boxes[slot];
+        // A box that holds the particle's has nothing to gain, least of all the whole cells inside the body.
+        let (from, to) = (particles.position[p] - particles.half_size[p], particles.position[p] + particles.half_size[p]);
+        if (0..D).all(|axis| filled.lower[axis] <= from[axis] && to[axis] <= filled.upper[axis]) {
+            continue;
+        }
+        let cell_lower = at.grid.cell_origin(cell as usize);
         for axis in 0..D {
-            let (low, high) = (cell_lower[axis], cell_lower[axis] + at.grid.spacing()[axis]);
-            let (from, to) = (
-                particles.position[p][axis] - particles.half_size[p][axis],
-                particles.position[p][axis] + particles.half_size[p][axis],
-            );
-            filled.lower[axis] = filled.lower[axis].min(from.max(low));
-            filled.upper[axis] = filled.upper[axis].max(to.min(high));
+            let (low, high) = (cell_lower[axis], cell_lower[axis] + spacing[axis]);
+            filled.lower[axis] = filled.lower[axis].min(from[axis].max(low));
+            filled.upper[axis] = filled.upper[axis].max(to[axis].min(high));
         }
     }
 }
 
+/// The sides of active cells without material beyond.
+pub(super) fn open_sides<const D: usize>(at: &StepView<D>) -> impl Iterator<Item = (u32, Side)> {
+    let sides = |(slot, &cell): (usize, &u32)| Side::all::<D>().map(move |side| (slot as u32, cell as usize, side));
+    let has_none = |cell, side| at.grid.neighbor(cell, side).and_then(|other| at.active.slot(other)).is_none();
+    let all = at.active.cells().iter().enumerate().flat_map(sides);
+    all.filter(move |&(_, cell, side)| has_none(cell, side)).map(|(slot, _, side)| (slot, side))
+}
+
 /// The smallest filled part of an active cell along an axis (–): 1 with [`Quadrature::Cell`].
 pub(super) fn smallest_fill<const D: usize>(quadrature: Quadrature, at: &StepView<D>, particles: &Particles<D>) -> f64 {
+    let open: Vec<_> = open_sides(at).collect();
     let mut boxes = Vec::new();
-    fill_boxes(quadrature, at, particles, &mut boxes);
+    fill_boxes(quadrature, at, particles, &open, &mut boxes);
     let parts = |filled: &FilledBox<D>| (filled.upper - filled.lower).component_mul(&at.grid.inverse_spacing()).min();
     boxes.iter().map(parts).fold(1.0, f64::min)
 }

@@ -204,7 +204,7 @@ impl Lattice {
     }
 
     /// Calls `visit(number of the run, its first site inside, how many)` for the runs that have cells among the sites.
-    #[inline]
+    #[inline(always)]
     pub(super) fn visit_runs(&self, sites: &Range<usize>, mut visit: impl FnMut(usize, usize, usize)) {
         let first = self.runs.partition_point(|run| run.site + run.len <= sites.start);
         for (number, run) in self.runs.iter().enumerate().skip(first) {

@@ -310,14 +310,15 @@ impl Passage {
         coarse: &Lattice,
         blocks: &mut StencilMatrix<f64>,
     ) {
-        let (grain, factor) = (self.slab_grain(), self.factor);
+        let grain = self.slab_grain();
+        let sources = Sources { fine, matrix, row_sums, pattern, factor: self.factor, coarse };
         let Passage { slabs, slab_bounds, sums, .. } = self;
         let work = |(sums, numbers): (Parts<BlockSums>, Range<usize>)| {
             for (number, sums) in numbers.zip(sums.each()) {
                 let (slab, start) = (&slabs[number], slab_bounds[number]);
                 sums.fill(BlockSums::default());
                 for run in slab.own.0 as usize..slab.own.1 as usize {
-                    sum_run(fine, matrix, row_sums, pattern, factor, coarse, run, start, sums);
+                    sources.sum_run(run, start, sums);
                 }
             }
         };
@@ -413,57 +414,69 @@ fn collect<const F: usize>(run: &Run, first: i32, fine: &[f32], scale: &[f32], e
     });
 }
 
-/// Adds what the cells of a run give to their blocks; `sums` starts at the coarse site `start`.
-#[expect(clippy::too_many_arguments, reason = "the insides of one loop")]
-fn sum_run(
-    fine: &Lattice,
-    matrix: &StencilMatrix<f64>,
-    row_sums: &[f64],
+/// What the entries of the blocks' matrix are summed from.
+#[derive(Clone, Copy)]
+struct Sources<'a> {
+    fine: &'a Lattice,
+    matrix: &'a StencilMatrix<f64>,
+    row_sums: &'a [f64],
     pattern: u8,
     factor: i32,
-    coarse: &Lattice,
-    run: usize,
-    start: usize,
-    sums: &mut [BlockSums],
-) {
-    let Run { place: [x, y, z], len, site, .. } = fine.runs()[run];
-    let [first, line_y, line_z] = [x, y, z].map(|place| place.div_euclid(factor));
-    // The blocks of a run are a run of blocks.
-    let own = coarse.site([first, line_y, line_z]).unwrap_or(0);
-    let block_of = |x: i32| (x.div_euclid(factor) - first) as usize;
-    for (cell, x) in (x..x + len as i32).enumerate() {
-        let block = &mut sums[own - start + block_of(x)];
-        block.mass += row_sums[site + cell];
-        block.diagonal += matrix.diagonal()[site + cell];
-    }
-    for (number, offset) in fine.offsets().iter().enumerate() {
-        let [dx, dy, dz] = offset.to;
-        let entries = &matrix.upper(number)[site..][..len];
-        let weight = if offset.flips(pattern) { 1.0 } else { -1.0 } * f64::from(offset.distance()) / f64::from(factor);
-        let (to_y, to_z) = ((y + dy).div_euclid(factor) - line_y, (z + dz).div_euclid(factor) - line_z);
-        let changes_line = (to_y, to_z) != (0, 0);
-        for (cell, x) in (x..x + len as i32).enumerate() {
-            let to_x = (x + dx).div_euclid(factor) - x.div_euclid(factor);
-            if !changes_line && to_x == 0 {
-                continue;
-            }
-            let value = weight * entries[cell];
-            // Blocks differ by at most one along each axis: a matrix reaches no farther than a block's edge.
-            let is_upper = (to_z, to_y, to_x) > (0, 0, 0);
-            let (at, to) = match is_upper {
-                true => (own + block_of(x), [to_x, to_y, to_z]),
-                false => (own + block_of(x + dx), [-to_x, -to_y, -to_z]),
-            };
-            if value != 0.0 {
-                sums[at - start].edges[number_of_neighbor(coarse, to)] += value;
+    coarse: &'a Lattice,
+}
+
+impl Sources<'_> {
+    /// Adds what the cells of a run give to their blocks; `sums` starts at the coarse site `start`.
+    fn sum_run(&self, number: usize, start: usize, sums: &mut [BlockSums]) {
+        let Run { place: [x, y, z], len, site, .. } = self.fine.runs()[number];
+        let [first, line_y, line_z] = [x, y, z].map(|place| place.div_euclid(self.factor));
+        // The margin of the coarser lattice holds all lines beside the run's.
+        let line = |to_y: i32, to_z: i32| self.coarse.site([first, line_y + to_y, line_z + to_z]).unwrap_or(start);
+        let own = line(0, 0) - start;
+        let of_x = |from: i32, to: i32| site + (from - x) as usize..site + (to - x) as usize;
+        for (block, from, to) in self.blocks(x, len) {
+            sums[own + block].mass += self.row_sums[of_x(from, to)].iter().sum::<f64>();
+            sums[own + block].diagonal += self.matrix.diagonal()[of_x(from, to)].iter().sum::<f64>();
+        }
+        for (entries, offset) in self.fine.offsets().iter().enumerate() {
+            let [dx, dy, dz] = offset.to;
+            let entries = self.matrix.upper(entries);
+            let sign = if offset.flips(self.pattern) { 1.0 } else { -1.0 };
+            let weight = sign * f64::from(offset.distance()) / f64::from(self.factor);
+            let to_y = (y + dy).div_euclid(self.factor) - line_y;
+            let to_z = (z + dz).div_euclid(self.factor) - line_z;
+            // A pair of blocks is kept by the lower of them: along x alone, or across, the neighbour may be that one.
+            let neighbors = [-1, 0, 1].map(|to_x| {
+                let number = to_x + 3 * to_y + 9 * to_z;
+                if number > 0 { (0, number as usize - 1) } else { (to_x as isize, (-number - 1).max(0) as usize) }
+            });
+            let below = if (to_z, to_y) < (0, 0) { line(to_y, to_z) - start } else { own };
+            for (block, from, to) in self.blocks(x, len) {
+                // The cells whose neighbour at this offset lies in the next block along x, and the others.
+                let edge = (first + block as i32) * self.factor;
+                let (across, within) = match dx > 0 {
+                    true => (from.max(edge + self.factor - dx).min(to)..to, from..to.min(edge + self.factor - dx)),
+                    false => (from..to.min(edge - dx), from.max(edge - dx).min(to)..to),
+                };
+                for (cells, to_x) in [(within, 0), (across, dx.signum())] {
+                    if cells.is_empty() || (to_x, to_y, to_z) == (0, 0, 0) {
+                        continue;
+                    }
+                    let (shift, edge) = neighbors[(to_x + 1) as usize];
+                    let sum: f64 = entries[of_x(cells.start, cells.end)].iter().sum();
+                    sums[(below + block).wrapping_add_signed(shift)].edges[edge] += weight * sum;
+                }
             }
         }
     }
-}
 
-/// The number of the offset to a neighbouring block.
-fn number_of_neighbor(coarse: &Lattice, to: Place) -> usize {
-    coarse.offsets().iter().position(|offset| offset.to == to).unwrap_or(0)
+    /// The blocks along x of a run's cells: number from the first on, first x, x after the last.
+    fn blocks(&self, x: i32, len: usize) -> impl Iterator<Item = (usize, i32, i32)> {
+        let (end, factor) = (x + len as i32, self.factor);
+        let first = x.div_euclid(factor);
+        let last = (end - 1).div_euclid(factor);
+        (first..=last).map(move |block| ((block - first) as usize, x.max(block * factor), end.min((block + 1) * factor)))
+    }
 }
 
 /// The matrix from the sums of the blocks.

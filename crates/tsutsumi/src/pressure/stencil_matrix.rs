@@ -52,32 +52,17 @@ impl<T: RealField + Copy> StencilMatrix<T> {
     }
 
     /// The rows `sites` of A x, into `product` (of that length). Sites without a cell are left as they are.
-    #[inline]
     pub(super) fn multiply(&self, lattice: &Lattice, sites: Range<usize>, x: &[T], product: &mut [T]) {
+        let machine = pulp::Arch::new();
         self.visit_strips(lattice, &sites, |run, from, len| {
-            let out = &mut product[from - sites.start..][..len];
-            out.copy_from_slice(&x[from..][..len]);
-            if !self.diagonal.is_empty() {
-                out.iter_mut().zip(&self.diagonal[from..][..len]).for_each(|(out, &d)| *out *= d);
-            }
-            let mut offsets = lattice.offsets().iter().zip(&self.upper);
-            while let Some((offset, entries)) = offsets.next() {
-                let a = Couple::new(lattice.shift(run, offset), entries, x, from, len);
-                match offsets.next() {
-                    Some((offset, entries)) => {
-                        let b = Couple::new(lattice.shift(run, offset), entries, x, from, len);
-                        for (i, out) in out.iter_mut().enumerate() {
-                            *out += a.at(i) + b.at(i);
-                        }
-                    }
-                    None => out.iter_mut().enumerate().for_each(|(i, out)| *out += a.at(i)),
-                }
-            }
+            let product = &mut product[from - sites.start..][..len];
+            machine.dispatch(Strip { matrix: self, lattice, run, from, x, product });
         });
     }
 
     /// The sums of the rows `sites`, with the signs of a pattern, into `sums`; returns the largest sum of magnitudes over the
     /// diagonal: no eigenvalue of D⁻¹ A is larger (Gershgorin).
+    #[inline(always)]
     pub(super) fn sum_rows(&self, lattice: &Lattice, sites: Range<usize>, pattern: u8, sums: &mut [T]) -> T {
         let mut bound = T::zero();
         let mut magnitudes = [T::zero(); STRIP];
@@ -103,13 +88,57 @@ impl<T: RealField + Copy> StencilMatrix<T> {
     }
 
     /// Calls `visit(run, first site, number of sites)` for strips of active cells.
-    #[inline]
+    #[inline(always)]
     fn visit_strips(&self, lattice: &Lattice, sites: &Range<usize>, mut visit: impl FnMut(usize, usize, usize)) {
         lattice.visit_runs(sites, |run, from, len| {
             for start in (from..from + len).step_by(STRIP) {
                 visit(run, start, STRIP.min(from + len - start));
             }
         });
+    }
+}
+
+/// A product on sites side by side, to be compiled for wide registers too. The bits are the same whatever their width: nothing is
+/// contracted or summed in another order.
+struct Strip<'a, T> {
+    matrix: &'a StencilMatrix<T>,
+    lattice: &'a Lattice,
+    run: usize,
+    from: usize,
+    x: &'a [T],
+    product: &'a mut [T],
+}
+
+impl<T: RealField + Copy> pulp::WithSimd for Strip<'_, T> {
+    type Output = ();
+
+    #[inline(always)]
+    fn with_simd<S: pulp::Simd>(self, _: S) {
+        let Strip { matrix, lattice, run, from, x, product } = self;
+        let len = product.len();
+        product.copy_from_slice(&x[from..][..len]);
+        if !matrix.diagonal.is_empty() {
+            let diagonal = &matrix.diagonal[from..][..len];
+            for i in 0..len {
+                product[i] *= diagonal[i];
+            }
+        }
+        let (mut offsets, mut upper) = (lattice.offsets(), &matrix.upper[..]);
+        // Two offsets at a time: half the loads and stores of sums.
+        while let ([first, second, others @ ..], [first_entries, second_entries, rest @ ..]) = (offsets, upper) {
+            let a = Couple::new(lattice.shift(run, first), first_entries, x, from, len);
+            let b = Couple::new(lattice.shift(run, second), second_entries, x, from, len);
+            for i in 0..len {
+                product[i] += a.at(i) + b.at(i);
+            }
+            (offsets, upper) = (others, rest);
+        }
+        if let ([last], [entries]) = (offsets, upper) {
+            let a = Couple::new(lattice.shift(run, last), entries, x, from, len);
+            for i in 0..len {
+                product[i] += a.at(i);
+            }
+        }
     }
 }
 
