@@ -14,7 +14,10 @@ use crate::parallel;
 /// It is the change that counts, not the pressure: what a step gets wrong is never made good, so errors may add up over millions
 /// of steps, but never beyond this part of all that the pressures have moved. Measured against the right-hand side, which holds
 /// the water stored under the whole pressure, quiet steps would not be solved for at all.
-pub(super) const RELATIVE_ERROR: f64 = 1e-8;
+///
+/// By experiment: over 6000 steps of consolidation under a strip load the outflow then is 6e-9 off that of the direct solver, and no more
+/// so at the end than after the first thousand; with 1e-4 it is 8e-7, with 1e-8 1e-11, at 7, 11 and 13 iterations.
+pub(super) const RELATIVE_ERROR: f64 = 1e-6;
 
 /// With a starting residual of so many roundings of the right-hand side there is nothing to improve.
 const ROUNDING: f64 = 4.0 * f64::EPSILON;
@@ -229,4 +232,150 @@ fn largest(values: &[f64]) -> usize {
         }
     }
     site
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::{DMatrix, DVector};
+    use proptest::prelude::*;
+
+    use super::super::multigrid::BadDiagonal;
+    use super::*;
+
+    /// Every second cell of a box or so, numbered by x first.
+    fn ragged(dimension: usize, edge: i32, holes: u64) -> Vec<[i32; 3]> {
+        let along = |axis: usize| if axis < dimension { edge } else { 1 };
+        let places = (0..along(2)).flat_map(|z| (0..along(1)).flat_map(move |y| (0..along(0)).map(move |x| [x, y, z])));
+        places.enumerate().filter(|(number, _)| holes >> (number % 61) & 1 == 0).map(|(_, place)| place).collect()
+    }
+
+    /// A matrix on a lattice, filled by `entry(cell, other cell)` where the matrix reaches, and the same as a dense one.
+    fn fill(lattice: &Lattice, places: &[[i32; 3]], entry: impl Fn(usize, usize) -> f64) -> (StencilMatrix<f64>, DMatrix<f64>) {
+        let mut matrix = StencilMatrix::default();
+        matrix.resize(lattice);
+        let mut dense = DMatrix::zeros(places.len(), places.len());
+        let (diagonal, upper) = matrix.entries_mut();
+        for (cell, place) in places.iter().enumerate() {
+            let site = lattice.site(*place).unwrap();
+            diagonal[site] = entry(cell, cell);
+            dense[(cell, cell)] = entry(cell, cell);
+            for (number, offset) in lattice.offsets().iter().enumerate() {
+                let neighbor = std::array::from_fn(|axis| place[axis] + offset.to[axis]);
+                if let Some(other) = places.iter().position(|place| *place == neighbor) {
+                    upper[number][site] = entry(cell, other);
+                    dense[(cell, other)] = entry(cell, other);
+                    dense[(other, cell)] = entry(cell, other);
+                }
+            }
+        }
+        (matrix, dense)
+    }
+
+    fn by_site(lattice: &Lattice, by_cell: &[f64]) -> Vec<f64> {
+        let mut values = vec![0.0; lattice.num_sites()];
+        lattice.spread(by_cell, &mut values);
+        values
+    }
+
+    /// Solves with the matrix; returns the solution by cell and the iterations.
+    fn solve(lattice: &Lattice, dimension: usize, matrix: &StencilMatrix<f64>, right: &[f64]) -> Result<(Vec<f64>, usize), Breakdown> {
+        let mut multigrid = Multigrid::default();
+        multigrid.rebuild(dimension, lattice);
+        multigrid.measure(lattice, matrix).unwrap();
+        let mut iteration = ConjugateGradient::default();
+        iteration.resize(lattice);
+        let mut x = vec![0.0; lattice.num_sites()];
+        let system = System { lattice, matrix, ties: &[] };
+        let iterations = iteration.solve(system, &mut multigrid, &by_site(lattice, right), &mut x)?;
+        let mut solution = vec![0.0; right.len()];
+        lattice.gather(&x, &mut solution);
+        Ok((solution, iterations))
+    }
+
+    proptest! {
+        /// Random positive definite matrices on ragged bodies, against a dense factorisation.
+        #[test]
+        fn solves_like_a_dense_factorisation(
+            dimension in 1_usize..=3,
+            reach in 1_i32..=3,
+            holes in any::<u64>(),
+            values in prop::collection::vec(-1.0..1.0_f64, 97),
+        ) {
+            let places = ragged(dimension, [40, 9, 5][dimension - 1], holes);
+            prop_assume!(!places.is_empty());
+            let mut lattice = Lattice::default();
+            lattice.rebuild(dimension, reach, places.iter().copied());
+            let neighbors = 2.0 * lattice.offsets().len() as f64;
+            let entry = |a: usize, b: usize| if a == b { 1.01 * neighbors } else { values[(a.min(b) * 31 + a.max(b)) % 97] };
+            let (matrix, dense) = fill(&lattice, &places, entry);
+            let right: Vec<f64> = (0..places.len()).map(|cell| values[cell % 97] + 0.1).collect();
+            let expected = dense.clone().cholesky().unwrap().solve(&DVector::from_column_slice(&right));
+            let (solution, iterations) = solve(&lattice, dimension, &matrix, &right).unwrap();
+            let error = DVector::from_vec(solution) - &expected;
+            let energy = |x: &DVector<f64>| x.dot(&(&dense * x)).sqrt();
+            // What the estimate promises, and a factor where the last iterations are uneven.
+            prop_assert!(energy(&error) <= 10.0 * RELATIVE_ERROR * energy(&expected));
+            prop_assert!(iterations <= 40, "{}", iterations);
+        }
+    }
+
+    /// The preconditioner as a matrix: symmetric and positive definite, on a body with a hole and an island.
+    #[test]
+    fn a_cycle_is_symmetric_and_positive_definite() {
+        for (dimension, edge) in [(1, 30), (2, 11), (3, 5)] {
+            let places = ragged(dimension, edge, 0b1000_0110_0001_1100_0010);
+            let mut lattice = Lattice::default();
+            lattice.rebuild(dimension, 1, places.iter().copied());
+            // A rotated Laplacian with little storage: corners pull more than sides.
+            let (mut matrix, _) = fill(&lattice, &places, |a, b| {
+                let apart: i32 = (0..3).map(|axis| (places[a][axis] - places[b][axis]).abs()).sum();
+                if a == b { 1e-3 } else { -[0.0, 0.01, 1.0, 0.3][apart as usize] - if dimension == 1 { 1.0 } else { 0.0 } }
+            });
+            let mut sums = vec![0.0; lattice.num_sites()];
+            matrix.sum_rows(&lattice, 0..lattice.num_sites(), 0, &mut sums);
+            for place in &places {
+                let site = lattice.site(*place).unwrap();
+                // Rows sum to the storage.
+                matrix.entries_mut().0[site] += 1e-3 - sums[site];
+            }
+            let mut multigrid = Multigrid::default();
+            multigrid.rebuild(dimension, &lattice);
+            multigrid.measure(&lattice, &matrix).unwrap();
+            let size = places.len();
+            let mut cycle = DMatrix::<f64>::zeros(size, size);
+            for column in 0..size {
+                let site = lattice.site(places[column]).unwrap();
+                let (right, _) = multigrid.right_mut();
+                right.fill(0.0);
+                right[site] = 1.0;
+                multigrid.cycle(&lattice);
+                let (solution, _) = multigrid.solution();
+                for row in 0..size {
+                    cycle[(row, column)] = f64::from(solution[lattice.site(places[row]).unwrap()]);
+                }
+            }
+            let asymmetry = (&cycle - cycle.transpose()).amax();
+            // Single precision, some thousand operations deep.
+            assert!(asymmetry < 1e-4 * cycle.amax(), "{dimension}-D: {asymmetry}");
+            let least = ((&cycle + cycle.transpose()) * 0.5).symmetric_eigenvalues().min();
+            assert!(least > 0.0, "{dimension}-D: {least}");
+        }
+    }
+
+    #[test]
+    fn indefinite_and_not_finite_systems_are_named() {
+        let places = ragged(1, 2, 0);
+        let mut lattice = Lattice::default();
+        lattice.rebuild(1, 1, places.iter().copied());
+        let (indefinite, _) = fill(&lattice, &places, |a, b| if a == b { 1.0 } else { 2.0 });
+        assert!(matches!(solve(&lattice, 1, &indefinite, &[1.0, -1.0]), Err(Breakdown::Indefinite { .. })));
+        let (identity, _) = fill(&lattice, &places, |a, b| if a == b { 1.0 } else { 0.0 });
+        assert!(matches!(solve(&lattice, 1, &identity, &[f64::NAN, 0.0]), Err(Breakdown::NotConverged { .. })));
+        assert_eq!(solve(&lattice, 1, &identity, &[0.0, 0.0]), Ok((vec![0.0, 0.0], 0)));
+        let (negative, _) = fill(&lattice, &places, |a, _| if a == 0 { 1.0 } else { -1.0 });
+        let mut multigrid = Multigrid::default();
+        multigrid.rebuild(1, &lattice);
+        let site = lattice.site(places[1]).unwrap();
+        assert_eq!(multigrid.measure(&lattice, &negative), Err(BadDiagonal { site, value: -1.0 }));
+    }
 }

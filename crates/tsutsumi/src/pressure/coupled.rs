@@ -135,6 +135,8 @@ struct Topology {
     /// The first column of each row: the smallest row among the cells that share a node with it.
     first_column: Vec<u32>,
     direct: bool,
+    /// Mean square half bandwidth up to which the direct solver is used.
+    widest_direct: usize,
 }
 
 /// Mean square of the matrix's half bandwidth up to which the direct solver is used.
@@ -150,7 +152,7 @@ impl<const D: usize> Coupled<D> {
             quadrature,
             fluid_inertia,
             particle_pressure: Box::new(CellPressure),
-            topology: Topology::default(),
+            topology: Topology { widest_direct: DIRECT_MEAN_SQUARE_WIDTH, ..Topology::default() },
             divergence: Vec::new(),
             boxes: Vec::new(),
             cells: Vec::new(),
@@ -192,6 +194,14 @@ impl<const D: usize> Coupled<D> {
     #[must_use]
     pub fn stabilised(mut self, softening: f64) -> Self {
         self.checkerboard = Checkerboard::new(softening);
+        self
+    }
+
+    /// The same scheme with another limit for the direct solver: it is used where the mean square half bandwidth of the matrix, in cells, is
+    /// at most this, conjugate gradients elsewhere. With 0 there is no direct solver but for cells apart: to compare the two.
+    #[must_use]
+    pub fn with_direct_solver_up_to(mut self, mean_square_width: usize) -> Self {
+        self.topology.widest_direct = mean_square_width;
         self
     }
 
@@ -594,7 +604,7 @@ impl Topology {
         self.find_first_columns();
         let width = |(row, &first): (usize, &u32)| row - first as usize;
         let square_widths: usize = self.first_column.iter().enumerate().map(|row| width(row).pow(2)).sum();
-        self.direct = square_widths <= DIRECT_MEAN_SQUARE_WIDTH * cells.len().max(1);
+        self.direct = square_widths <= self.widest_direct.saturating_mul(cells.len().max(1));
     }
 
     /// Solves with the factor of the direct solver, for values by slot; `rows` is a work array.
