@@ -12,6 +12,7 @@ mod envelope;
 mod geometry;
 mod lattice;
 mod multigrid;
+mod nodal;
 mod particle_pressure;
 mod passage;
 mod stencil_matrix;

@@ -157,7 +157,8 @@ impl ConjugateGradient {
         let (solution, inverse_root) = preconditioner.solution();
         let work = |(direction, solution, inverse_root): (&mut [f64], &[f32], &[f32])| {
             for ((p, z), inverse) in direction.iter_mut().zip(solution).zip(inverse_root) {
-                *p = scale * f64::from(*z) * f64::from(*inverse) + if conjugation == 0.0 { 0.0 } else { conjugation * *p };
+                *p = scale * f64::from(*z) * f64::from(*inverse)
+                    + if conjugation == 0.0 { 0.0 } else { conjugation * *p };
             }
         };
         parallel::for_each((&mut self.direction[..], solution, inverse_root), GRAIN, &work);
@@ -207,7 +208,8 @@ impl Energies {
         // Never trusts a single good iteration for more than two digits.
         let ratio = if self.last > 0.0 { (correction / self.last).max(1e-4) } else { 1.0 };
         self.last = correction;
-        correction == 0.0 || (ratio < 1.0 && correction * ratio / (1.0 - ratio) <= RELATIVE_ERROR * RELATIVE_ERROR * self.sum)
+        correction == 0.0
+            || (ratio < 1.0 && correction * ratio / (1.0 - ratio) <= RELATIVE_ERROR * RELATIVE_ERROR * self.sum)
     }
 }
 
@@ -250,7 +252,11 @@ mod tests {
     }
 
     /// A matrix on a lattice, filled by `entry(cell, other cell)` where the matrix reaches, and the same as a dense one.
-    fn fill(lattice: &Lattice, places: &[[i32; 3]], entry: impl Fn(usize, usize) -> f64) -> (StencilMatrix<f64>, DMatrix<f64>) {
+    fn fill(
+        lattice: &Lattice,
+        places: &[[i32; 3]],
+        entry: impl Fn(usize, usize) -> f64,
+    ) -> (StencilMatrix<f64>, DMatrix<f64>) {
         let mut matrix = StencilMatrix::default();
         matrix.resize(lattice);
         let mut dense = DMatrix::zeros(places.len(), places.len());
@@ -278,7 +284,12 @@ mod tests {
     }
 
     /// Solves with the matrix; returns the solution by cell and the iterations.
-    fn solve(lattice: &Lattice, dimension: usize, matrix: &StencilMatrix<f64>, right: &[f64]) -> Result<(Vec<f64>, usize), Breakdown> {
+    fn solve(
+        lattice: &Lattice,
+        dimension: usize,
+        matrix: &StencilMatrix<f64>,
+        right: &[f64],
+    ) -> Result<(Vec<f64>, usize), Breakdown> {
         let mut multigrid = Multigrid::default();
         multigrid.rebuild(dimension, lattice);
         multigrid.measure(lattice, matrix).unwrap();
@@ -329,7 +340,11 @@ mod tests {
             // A rotated Laplacian with little storage: corners pull more than sides.
             let (mut matrix, _) = fill(&lattice, &places, |a, b| {
                 let apart: i32 = (0..3).map(|axis| (places[a][axis] - places[b][axis]).abs()).sum();
-                if a == b { 1e-3 } else { -[0.0, 0.01, 1.0, 0.3][apart as usize] - if dimension == 1 { 1.0 } else { 0.0 } }
+                if a == b {
+                    1e-3
+                } else {
+                    -[0.0, 0.01, 1.0, 0.3][apart as usize] - if dimension == 1 { 1.0 } else { 0.0 }
+                }
             });
             let mut sums = vec![0.0; lattice.num_sites()];
             matrix.sum_rows(&lattice, 0..lattice.num_sites(), 0, &mut sums);

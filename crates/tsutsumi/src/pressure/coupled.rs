@@ -3,12 +3,15 @@ use std::ops::Range;
 use super::checkerboard::Checkerboard;
 use super::conjugate_gradient::Breakdown;
 use super::envelope::Envelope;
-use super::geometry::{FilledBox, fill_boxes, smallest_fill};
+use super::geometry::{FilledBox, Surface, fill_boxes, smallest_fill};
+use super::nodal;
 use super::particle_pressure::{CellPressure, ParticlePressure};
+use super::stencil_matrix::GRAIN;
 use super::tied::TiedCells;
 use super::wide_system::{Contributions, WideSystem};
 use super::{PressureError, PressureReport, PressureScheme, StepView};
 use crate::grid::{CellFields, NodeFields, Side, SideSet};
+use crate::parallel;
 use crate::particles::Particles;
 use crate::tensor::Vector;
 
@@ -125,10 +128,11 @@ struct Topology {
     /// The cells that touch each active node: entries `node_start[i]..node_start[i + 1]` are places in `stencils`.
     node_start: Vec<u32>,
     node_entries: Vec<u32>,
+    /// The slot of each of these.
+    node_slots: Vec<u32>,
     /// Pairs of slots with a common side, lower first, and the axis normal to it.
     faces: Vec<(u32, u32, u8)>,
-    /// Sides without material beyond.
-    open: Vec<(u32, Side)>,
+    surface: Surface,
     /// The row of each slot in the direct solver's matrix.
     row_of_slot: Vec<u32>,
     slot_of_row: Vec<u32>,
@@ -139,8 +143,8 @@ struct Topology {
     widest_direct: usize,
 }
 
-/// Mean square of the matrix's half bandwidth up to which the direct solver is used.
-const DIRECT_MEAN_SQUARE_WIDTH: usize = 1500;
+/// Mean square of the matrix's half bandwidth up to which the direct solver is used: there both cost the same (squares of 23 cells, one thread).
+const DIRECT_MEAN_SQUARE_WIDTH: usize = 500;
 
 impl<const D: usize> Coupled<D> {
     /// The scheme for this pore water.
@@ -280,20 +284,28 @@ impl<const D: usize> Coupled<D> {
     fn measure_faces(&mut self, at: &StepView<D>) {
         let weight = at.gravity * self.fluid.density;
         let Coupled { boxes, cells, resistances, inner, fluid, .. } = self;
-        resistances.clear();
-        resistances.extend(boxes.iter().zip(cells.iter()).map(|(filled, cell)| {
-            Vector::from_fn(|axis, _| filled.half_extent(axis) / (cell.conductivity * filled.side_area(axis)))
-        }));
-        inner.clear();
-        inner.extend(self.topology.faces.iter().map(|&(lower, upper, axis)| {
-            let (lower, upper, axis) = (lower as usize, upper as usize, axis as usize);
-            let transmissibility = 1.0 / (resistances[lower][axis] + resistances[upper][axis]);
-            let between = boxes[upper].center() - boxes[lower].center();
-            let conductance = transmissibility / fluid.unit_weight;
-            (conductance, conductance * weight.dot(&between))
-        }));
+        resistances.resize(boxes.len(), Vector::zeros());
+        let work = |(resistances, slots): (&mut [Vector<D>], Range<usize>)| {
+            for (resistance, slot) in resistances.iter_mut().zip(slots) {
+                let (filled, conductivity) = (&boxes[slot], cells[slot].conductivity);
+                *resistance =
+                    Vector::from_fn(|axis, _| filled.half_extent(axis) / (conductivity * filled.side_area(axis)));
+            }
+        };
+        parallel::for_each((&mut resistances[..], 0..boxes.len()), GRAIN, &work);
+        inner.resize(self.topology.faces.len(), (0.0, 0.0));
+        let work = |(inner, faces): (&mut [(f64, f64)], &[(u32, u32, u8)])| {
+            for (inner, &(lower, upper, axis)) in inner.iter_mut().zip(faces) {
+                let (lower, upper, axis) = (lower as usize, upper as usize, axis as usize);
+                let transmissibility = 1.0 / (resistances[lower][axis] + resistances[upper][axis]);
+                let between = boxes[upper].center() - boxes[lower].center();
+                let conductance = transmissibility / fluid.unit_weight;
+                *inner = (conductance, conductance * weight.dot(&between));
+            }
+        };
+        parallel::for_each((&mut inner[..], &self.topology.faces[..]), GRAIN, &work);
         self.drains.clear();
-        for &(slot, side) in &self.topology.open {
+        for &(slot, side) in &self.topology.surface.sides {
             if self.cells[slot as usize].drained.contains(side) {
                 let conductance = 1.0 / (self.resistances[slot as usize][side.axis] * self.fluid.unit_weight);
                 let to_side = side.sign() * self.boxes[slot as usize].half_extent(side.axis);
@@ -305,14 +317,13 @@ impl<const D: usize> Coupled<D> {
     /// c = γΔt − k/g and c/m at the active nodes, k the mean of the cells around.
     fn relax_nodes(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
         let per_conductivity = if self.fluid_inertia { self.fluid.density / self.fluid.unit_weight } else { 0.0 };
-        for (i, &node) in at.active.nodes().iter().enumerate() {
-            let around = self.topology.cells_of_node(i);
-            let stencil_len = self.topology.stencil_len;
-            let sum: f64 = around.iter().map(|&e| self.cells[e as usize / stencil_len].conductivity).sum();
-            let relaxation = Vector::repeat(at.dt - per_conductivity * sum / around.len() as f64);
-            self.relaxation[node as usize] = relaxation;
-            self.compliance[node as usize] = nodes.mobility[node as usize].component_mul(&relaxation);
-        }
+        let Coupled { topology, cells, relaxation, compliance, .. } = self;
+        nodal::set(at.active.nodes(), relaxation, |i, _| {
+            let around = topology.slots_of_node(i);
+            let sum: f64 = around.iter().map(|&slot| cells[slot as usize].conductivity).sum();
+            Vector::repeat(at.dt - per_conductivity * sum / around.len() as f64)
+        });
+        nodal::set(at.active.nodes(), compliance, |_, node| nodes.mobility[node].component_mul(&relaxation[node]));
         self.relax_ties(at, nodes);
     }
 
@@ -363,30 +374,29 @@ impl<const D: usize> Coupled<D> {
     /// F + K_v p_w of the solution, into the nodes' accelerations (N).
     fn force_out_of_balance(&mut self, at: &StepView<D>, nodes: &mut NodeFields<D>) {
         self.topology.push_nodes(at, &self.divergence, &self.solution, &mut self.nodal);
-        for &node in at.active.nodes() {
-            let node = node as usize;
-            nodes.acceleration[node] = nodes.force[node] + self.nodal[node];
-        }
+        let (force, pushed) = (&nodes.force, &self.nodal);
+        nodal::set(at.active.nodes(), &mut nodes.acceleration, |_, node| force[node] + pushed[node]);
     }
 
     /// C p|t − K_vᵀ [v + c M⁻¹ F] − q_g, into `right`.
     fn fill_right_side(&mut self, at: &StepView<D>, cells: &CellFields, nodes: &NodeFields<D>) {
-        for &node in at.active.nodes() {
-            self.nodal[node as usize] = nodes.force[node as usize];
-        }
+        let Coupled { nodal: values, relaxation, topology, divergence, rows, right, cells: of_cells, .. } = self;
+        nodal::set(at.active.nodes(), values, |_, node| nodes.force[node]);
         for tie in &nodes.ties {
-            tie.gather(&mut self.nodal);
+            tie.gather(values);
         }
         for &node in at.active.nodes() {
             let node = node as usize;
-            let pushed = self.nodal[node].component_mul(&nodes.mobility[node]);
-            self.nodal[node] = nodes.velocity_old[node] + pushed.component_mul(&self.relaxation[node]);
+            let pushed = values[node].component_mul(&nodes.mobility[node]);
+            values[node] = nodes.velocity_old[node] + pushed.component_mul(&relaxation[node]);
         }
-        for (slot, &cell) in at.active.cells().iter().enumerate() {
-            self.rows[slot] = cells.pressure_old[cell as usize];
-            let volume_rate = self.topology.divergence_of(slot, &self.divergence, &self.nodal);
-            self.right[slot] = self.cells[slot].storage * self.rows[slot] - volume_rate;
-        }
+        let work = |(right, rows, slots): (&mut [f64], &mut [f64], Range<usize>)| {
+            for ((right, row), slot) in right.iter_mut().zip(rows).zip(slots) {
+                *row = cells.pressure_old[at.active.cells()[slot] as usize];
+                *right = of_cells[slot].storage * *row - topology.divergence_of(slot, divergence, values);
+            }
+        };
+        parallel::for_each((&mut right[..], &mut rows[..], 0..of_cells.len()), GRAIN, &work);
         self.checkerboard.add_product(&self.rows, &mut self.right);
         for (&(lower, upper, _), &(_, flow)) in self.topology.faces.iter().zip(&self.inner) {
             self.right[lower as usize] -= flow;
@@ -446,12 +456,12 @@ impl<const D: usize> Coupled<D> {
         });
         for (i, &node) in at.active.nodes().iter().enumerate() {
             let compliance = self.compliance[node as usize];
-            let around = topology.cells_of_node(i);
-            for &e in around {
-                let row_e = row(e / topology.stencil_len as u32);
+            let around = || topology.cells_of_node(i).iter().zip(topology.slots_of_node(i));
+            for (&e, &slot_e) in around() {
+                let row_e = row(slot_e);
                 let pushed = self.divergence[e as usize].component_mul(&compliance);
-                for &f in around {
-                    let row_f = row(f / topology.stencil_len as u32);
+                for (&f, &slot_f) in around() {
+                    let row_f = row(slot_f);
                     if row_f <= row_e {
                         self.matrix.add(row_e, row_f, pushed.dot(&self.divergence[f as usize]));
                     }
@@ -532,21 +542,17 @@ impl Topology {
         self.stencil_len = at.transfer.stencil_len();
         self.stencils.clear();
         self.faces.clear();
-        self.open.clear();
         // As many as so many cells can have, wherever they are.
         self.faces.reserve(D * at.active.cells().len());
-        self.open.reserve(2 * D * at.active.cells().len());
         for (slot, &cell) in at.active.cells().iter().enumerate() {
             let cell = cell as usize;
             at.transfer.visit_stencil(at.grid, cell, &mut |node| self.stencils.push(node as u32));
-            for side in Side::all::<D>() {
-                match at.grid.neighbor(cell, side).and_then(|other| at.active.slot(other)) {
-                    Some(other) if side.upper => self.faces.push((slot as u32, other as u32, side.axis as u8)),
-                    Some(_) => {}
-                    None => self.open.push((slot as u32, side)),
-                }
+            for axis in 0..D {
+                let above = at.grid.neighbor(cell, Side { axis, upper: true }).and_then(|other| at.active.slot(other));
+                self.faces.extend(above.map(|above| (slot as u32, above as u32, axis as u8)));
             }
         }
+        self.surface.rebuild(at);
         self.list_cells_of_nodes(at);
         self.order_rows(at);
     }
@@ -571,6 +577,9 @@ impl Topology {
             self.node_entries[*start as usize] = entry as u32;
             *start += 1;
         }
+        let stencil_len = self.stencil_len as u32;
+        self.node_slots.clear();
+        self.node_slots.extend(self.node_entries.iter().map(|entry| entry / stencil_len));
         // The fill has moved each start to the next one's: shift back.
         self.node_start.copy_within(0..nodes.len(), 1);
         self.node_start[0] = 0;
@@ -622,8 +631,8 @@ impl Topology {
         self.first_column.clear();
         self.first_column.extend(0..self.slot_of_row.len() as u32);
         for around in self.node_start.windows(2) {
-            let entries = &self.node_entries[around[0] as usize..around[1] as usize];
-            let rows = || entries.iter().map(|&e| self.row_of_slot[e as usize / self.stencil_len]);
+            let slots = &self.node_slots[around[0] as usize..around[1] as usize];
+            let rows = || slots.iter().map(|&slot| self.row_of_slot[slot as usize]);
             let first = rows().min().unwrap_or(0);
             for row in rows() {
                 let column = &mut self.first_column[row as usize];
@@ -635,6 +644,11 @@ impl Topology {
     /// The entries (slot × stencil length + local node) that meet at the active node number `i`.
     fn cells_of_node(&self, i: usize) -> &[u32] {
         &self.node_entries[self.node_start[i] as usize..self.node_start[i + 1] as usize]
+    }
+
+    /// The slots of these entries.
+    fn slots_of_node(&self, i: usize) -> &[u32] {
+        &self.node_slots[self.node_start[i] as usize..self.node_start[i + 1] as usize]
     }
 
     /// K_vᵀ of a nodal field, for one cell.
@@ -652,13 +666,10 @@ impl Topology {
         pressure: &[f64],
         nodal: &mut [Vector<D>],
     ) {
-        for (i, &node) in at.active.nodes().iter().enumerate() {
-            nodal[node as usize] = self
-                .cells_of_node(i)
-                .iter()
-                .map(|&e| divergence[e as usize] * pressure[e as usize / self.stencil_len])
-                .sum();
-        }
+        nodal::set(at.active.nodes(), nodal, |i, _| {
+            let around = self.cells_of_node(i).iter().zip(self.slots_of_node(i));
+            around.map(|(&entry, &slot)| divergence[entry as usize] * pressure[slot as usize]).sum()
+        });
     }
 }
 
@@ -688,7 +699,7 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
     ) -> Result<PressureReport, PressureError> {
         self.update_topology(at);
         self.sum_particles(at, particles);
-        fill_boxes(self.quadrature, at, particles, &self.topology.open, &mut self.boxes);
+        fill_boxes(self.quadrature, at, particles, &self.topology.surface, &mut self.boxes);
         if self.quadrature == Quadrature::MaterialPoints {
             at.transfer.divergence_of_particles(at.grid, particles, at.active, &mut self.divergence);
         }

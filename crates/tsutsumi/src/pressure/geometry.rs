@@ -29,7 +29,7 @@ impl<const D: usize> FilledBox<D> {
     }
 }
 
-/// Fills `boxes` with one box per active cell; `open` are the sides without material beyond.
+/// Fills `boxes` with one box per active cell; `surface` are the sides without material beyond.
 ///
 /// With [`Quadrature::Cell`] (the paper) it is the whole cell. With [`Quadrature::MaterialPoints`] it reaches to every
 /// side with material beyond, and to the boxes of the cell's own particles where there is none.
@@ -37,7 +37,7 @@ pub(super) fn fill_boxes<const D: usize>(
     quadrature: Quadrature,
     at: &StepView<D>,
     particles: &Particles<D>,
-    open: &[(u32, Side)],
+    surface: &Surface,
     boxes: &mut Vec<FilledBox<D>>,
 ) {
     boxes.clear();
@@ -46,7 +46,36 @@ pub(super) fn fill_boxes<const D: usize>(
         FilledBox { lower, upper: lower + at.grid.spacing() }
     }));
     if quadrature == Quadrature::MaterialPoints {
-        shrink_boxes(at, particles, open, boxes);
+        shrink_boxes(at, particles, surface, boxes);
+    }
+}
+
+/// The sides of the active cells without material beyond.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Surface {
+    /// Slots and sides.
+    pub(super) sides: Vec<(u32, Side)>,
+    /// Whether a cell has such a side, by slot.
+    is_at: Vec<bool>,
+}
+
+impl Surface {
+    /// Finds the sides.
+    pub(super) fn rebuild<const D: usize>(&mut self, at: &StepView<D>) {
+        let size = at.active.cells().len();
+        self.is_at.clear();
+        self.is_at.resize(size, false);
+        self.sides.clear();
+        // As many as so many cells can have, wherever they are.
+        self.sides.reserve(2 * D * size);
+        for (slot, &cell) in at.active.cells().iter().enumerate() {
+            for side in Side::all::<D>() {
+                if at.grid.neighbor(cell as usize, side).and_then(|other| at.active.slot(other)).is_none() {
+                    self.sides.push((slot as u32, side));
+                    self.is_at[slot] = true;
+                }
+            }
+        }
     }
 }
 
@@ -54,12 +83,12 @@ pub(super) fn fill_boxes<const D: usize>(
 fn shrink_boxes<const D: usize>(
     at: &StepView<D>,
     particles: &Particles<D>,
-    open: &[(u32, Side)],
+    surface: &Surface,
     boxes: &mut [FilledBox<D>],
 ) {
     // Sides towards empty cells or the end of the grid start from the opposite side and grow with the particles.
     let spacing = at.grid.spacing();
-    for &(slot, side) in open {
+    for &(slot, side) in &surface.sides {
         let origin = at.grid.cell_origin(at.active.cells()[slot as usize] as usize);
         let filled = &mut boxes[slot as usize];
         match side.upper {
@@ -69,12 +98,12 @@ fn shrink_boxes<const D: usize>(
     }
     for (p, &cell) in particles.cell.iter().enumerate() {
         let Some(slot) = at.active.slot(cell as usize) else { continue };
-        let filled = &mut boxes[slot];
-        // A box that holds the particle's has nothing to gain, least of all the whole cells inside the body.
-        let (from, to) = (particles.position[p] - particles.half_size[p], particles.position[p] + particles.half_size[p]);
-        if (0..D).all(|axis| filled.lower[axis] <= from[axis] && to[axis] <= filled.upper[axis]) {
+        if !surface.is_at[slot] {
             continue;
         }
+        let filled = &mut boxes[slot];
+        let (from, to) =
+            (particles.position[p] - particles.half_size[p], particles.position[p] + particles.half_size[p]);
         let cell_lower = at.grid.cell_origin(cell as usize);
         for axis in 0..D {
             let (low, high) = (cell_lower[axis], cell_lower[axis] + spacing[axis]);
@@ -84,19 +113,12 @@ fn shrink_boxes<const D: usize>(
     }
 }
 
-/// The sides of active cells without material beyond.
-pub(super) fn open_sides<const D: usize>(at: &StepView<D>) -> impl Iterator<Item = (u32, Side)> {
-    let sides = |(slot, &cell): (usize, &u32)| Side::all::<D>().map(move |side| (slot as u32, cell as usize, side));
-    let has_none = |cell, side| at.grid.neighbor(cell, side).and_then(|other| at.active.slot(other)).is_none();
-    let all = at.active.cells().iter().enumerate().flat_map(sides);
-    all.filter(move |&(_, cell, side)| has_none(cell, side)).map(|(slot, _, side)| (slot, side))
-}
-
 /// The smallest filled part of an active cell along an axis (–): 1 with [`Quadrature::Cell`].
 pub(super) fn smallest_fill<const D: usize>(quadrature: Quadrature, at: &StepView<D>, particles: &Particles<D>) -> f64 {
-    let open: Vec<_> = open_sides(at).collect();
+    let mut surface = Surface::default();
+    surface.rebuild(at);
     let mut boxes = Vec::new();
-    fill_boxes(quadrature, at, particles, &open, &mut boxes);
+    fill_boxes(quadrature, at, particles, &surface, &mut boxes);
     let parts = |filled: &FilledBox<D>| (filled.upper - filled.lower).component_mul(&at.grid.inverse_spacing()).min();
     boxes.iter().map(parts).fold(1.0, f64::min)
 }

@@ -105,7 +105,8 @@ impl Lattice {
         self.segments.clear();
         for run in &self.runs {
             let [x, y, z] = run.place;
-            let lines = (z - margin(2)..=z + margin(2)).flat_map(|z| (y - margin(1)..=y + margin(1)).map(move |y| (z, y)));
+            let lines =
+                (z - margin(2)..=z + margin(2)).flat_map(|z| (y - margin(1)..=y + margin(1)).map(move |y| (z, y)));
             let (from, to) = (x - reach, x + run.len as i32 + reach);
             self.segments.extend(lines.map(|(z, y)| Segment { z, y, from, to, site: 0 }));
         }

@@ -166,7 +166,13 @@ impl Multigrid {
             for (right, levels) in rights.iter_mut().zip(&mut self.blocks) {
                 *right = &mut levels[0].right;
             }
-            passage.restrict(lattice.runs(), patterns, &self.grid.residual, &self.grid.root, &mut rights[..patterns.len()]);
+            passage.restrict(
+                lattice.runs(),
+                patterns,
+                &self.grid.residual,
+                &self.grid.root,
+                &mut rights[..patterns.len()],
+            );
             let (lattices, passages) = (&self.lattices, &mut self.passages);
             for levels in &mut self.blocks {
                 levels[0].scale_right();
@@ -177,7 +183,13 @@ impl Multigrid {
             for (solution, levels) in solutions.iter_mut().zip(&mut self.blocks) {
                 *solution = &mut levels[0].solution;
             }
-            passages[0].prolong(lattice.runs(), patterns, &mut solutions[..patterns.len()], &self.grid.root, &mut self.grid.solution);
+            passages[0].prolong(
+                lattice.runs(),
+                patterns,
+                &mut solutions[..patterns.len()],
+                &self.grid.root,
+                &mut self.grid.solution,
+            );
         }
         self.grid.find_residual(lattice);
         self.grid.smooth(lattice);

@@ -156,7 +156,9 @@ impl Passage {
                 return;
             }
             let first = self.margin_neighbors.len() as u32;
-            for (dz, dy, dx) in (-1..=1).flat_map(|dz| (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (dz, dy, dx)))) {
+            for (dz, dy, dx) in
+                (-1..=1).flat_map(|dz| (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (dz, dy, dx))))
+            {
                 if let Some(neighbor) = coarse.site([x + dx, y + dy, z + dz])
                     && has_cells[neighbor]
                 {
@@ -244,7 +246,8 @@ impl Passage {
                     let (even, odd) = rows[row_bounds[run]..row_bounds[run + 1]].split_at(lines[run].len);
                     let (sign, sign_odd) = line_signs(&runs[run], pattern);
                     for &(site, weight) in &lines[run].corners[..self.num_corners()] {
-                        let Some(place) = (site as usize).checked_sub(start).filter(|&place| place < blocks.len()) else {
+                        let Some(place) = (site as usize).checked_sub(start).filter(|&place| place < blocks.len())
+                        else {
                             continue;
                         };
                         let (even_weight, odd_weight) = (weight * sign, weight * sign_odd);
@@ -475,7 +478,8 @@ impl Sources<'_> {
         let (end, factor) = (x + len as i32, self.factor);
         let first = x.div_euclid(factor);
         let last = (end - 1).div_euclid(factor);
-        (first..=last).map(move |block| ((block - first) as usize, x.max(block * factor), end.min((block + 1) * factor)))
+        (first..=last)
+            .map(move |block| ((block - first) as usize, x.max(block * factor), end.min((block + 1) * factor)))
     }
 }
 

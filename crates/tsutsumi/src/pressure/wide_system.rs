@@ -162,14 +162,17 @@ impl WideSystem {
         lattice.spread(right, &mut self.right);
         lattice.spread(solution, &mut self.solution);
         let system = System { lattice, matrix, ties };
-        let iterations = iteration.solve(system, multigrid, &self.right, &mut self.solution).map_err(|breakdown| {
-            match breakdown {
-                Breakdown::Indefinite { site, quotient } => Breakdown::Indefinite { site: lattice.slot(site), quotient },
-                Breakdown::NotConverged { site, iterations, residual } => {
-                    Breakdown::NotConverged { site: lattice.slot(site), iterations, residual }
-                }
-            }
-        })?;
+        let iterations =
+            iteration.solve(system, multigrid, &self.right, &mut self.solution).map_err(
+                |breakdown| match breakdown {
+                    Breakdown::Indefinite { site, quotient } => {
+                        Breakdown::Indefinite { site: lattice.slot(site), quotient }
+                    }
+                    Breakdown::NotConverged { site, iterations, residual } => {
+                        Breakdown::NotConverged { site: lattice.slot(site), iterations, residual }
+                    }
+                },
+            )?;
         lattice.gather(&self.solution, solution);
         Ok(iterations)
     }
