@@ -48,11 +48,8 @@ fn bench_square(criterion: &mut Criterion, width: usize, direct_up_to: usize, na
     };
     let mut group = criterion.benchmark_group("pressure");
     group.throughput(Throughput::Elements((width * width) as u64)).sample_size(10);
-    // On a thread of the pool, as a run's steps are.
-    rayon::join(
-        || group.bench_function(BenchmarkId::new(name, width * width), |bench| bench.iter(&mut solve)).finish(),
-        || (),
-    );
+    group.bench_function(BenchmarkId::new(name, width * width), |bench| bench.iter(&mut solve));
+    group.finish();
     eprintln!("{name}, {} cells: {iterations} iterations", width * width);
 }
 

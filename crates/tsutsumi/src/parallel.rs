@@ -95,6 +95,14 @@ pub(crate) fn fold<P: Pieces, R: Send>(
     join(left, right)
 }
 
+/// Runs work of many loops on a thread of the pool: from outside, every single loop would change threads there and back.
+pub(crate) fn within_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    match rayon::current_thread_index() {
+        Some(_) => work(),
+        None => rayon::join(work, || ()).0,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

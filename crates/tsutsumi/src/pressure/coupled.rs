@@ -248,6 +248,46 @@ impl<const D: usize> Coupled<D> {
         }
     }
 
+    /// Step 6 of the algorithm, see [`PressureScheme::solve`].
+    fn solve_step(
+        &mut self,
+        at: &StepView<D>,
+        particles: &Particles<D>,
+        cells: &mut CellFields,
+        nodes: &mut NodeFields<D>,
+    ) -> Result<PressureReport, PressureError> {
+        self.update_topology(at);
+        self.sum_particles(at, particles);
+        fill_boxes(self.quadrature, at, particles, &self.topology.surface, &mut self.boxes);
+        if self.quadrature == Quadrature::MaterialPoints {
+            at.transfer.divergence_of_particles(at.grid, particles, at.active, &mut self.divergence);
+        }
+        self.measure_faces(at);
+        self.checkerboard.measure(|slot| self.cells[slot].storage);
+        self.relax_nodes(at, nodes);
+        match self.topology.direct {
+            true => self.factorize(at)?,
+            false => self.measure_wide(at)?,
+        }
+        for (pressure, &cell) in self.solution.iter_mut().zip(at.active.cells()) {
+            *pressure = cells.pressure_old[cell as usize];
+        }
+        let mut iterations = 0;
+        if !at.damping.is_off() {
+            iterations += self.damp(at, cells, nodes)?;
+        }
+        iterations += self.solve_for_pressures(at, cells, nodes)?;
+
+        for (slot, &cell) in at.active.cells().iter().enumerate() {
+            cells.pressure[cell as usize] = self.solution[slot];
+        }
+        self.force_out_of_balance(at, nodes);
+        nodes.forces_to_accelerations(at.active);
+        let flow =
+            |&(slot, conductance, gravity): &(u32, f64, f64)| conductance * self.solution[slot as usize] + gravity;
+        Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })
+    }
+
     /// Storage, conductivity and drained sides of the active cells, from their particles.
     fn sum_particles(&mut self, at: &StepView<D>, particles: &Particles<D>) {
         self.cells.clear();
@@ -697,36 +737,10 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
         cells: &mut CellFields,
         nodes: &mut NodeFields<D>,
     ) -> Result<PressureReport, PressureError> {
-        self.update_topology(at);
-        self.sum_particles(at, particles);
-        fill_boxes(self.quadrature, at, particles, &self.topology.surface, &mut self.boxes);
-        if self.quadrature == Quadrature::MaterialPoints {
-            at.transfer.divergence_of_particles(at.grid, particles, at.active, &mut self.divergence);
+        match at.active.cells().len() > GRAIN {
+            true => parallel::within_pool(|| self.solve_step(at, particles, cells, nodes)),
+            false => self.solve_step(at, particles, cells, nodes),
         }
-        self.measure_faces(at);
-        self.checkerboard.measure(|slot| self.cells[slot].storage);
-        self.relax_nodes(at, nodes);
-        match self.topology.direct {
-            true => self.factorize(at)?,
-            false => self.measure_wide(at)?,
-        }
-        for (pressure, &cell) in self.solution.iter_mut().zip(at.active.cells()) {
-            *pressure = cells.pressure_old[cell as usize];
-        }
-        let mut iterations = 0;
-        if !at.damping.is_off() {
-            iterations += self.damp(at, cells, nodes)?;
-        }
-        iterations += self.solve_for_pressures(at, cells, nodes)?;
-
-        for (slot, &cell) in at.active.cells().iter().enumerate() {
-            cells.pressure[cell as usize] = self.solution[slot];
-        }
-        self.force_out_of_balance(at, nodes);
-        nodes.forces_to_accelerations(at.active);
-        let flow =
-            |&(slot, conductance, gravity): &(u32, f64, f64)| conductance * self.solution[slot as usize] + gravity;
-        Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })
     }
 
     fn cells_to_particles(&mut self, at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>) {

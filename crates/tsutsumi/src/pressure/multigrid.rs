@@ -12,7 +12,7 @@ const FACTORS: [i32; 2] = [4, 2];
 
 /// The smoother damps the part of the spectrum above 1/this of its largest eigenvalue, on the grid and between blocks: what blocks of
 /// these edges cannot represent. By experiment; 6 to 20 differ by an iteration.
-const SMOOTHED_RANGE: [f64; 2] = [8.0, 4.0];
+const SMOOTHED_RANGE: [f64; 2] = [12.0, 6.0];
 
 /// The patterns in which pressures leave the volume change of full cells next to alone: smooth fields, and smooth fields times the signs
 /// (−1)^(i+j) of two axes.
@@ -26,7 +26,7 @@ const PATTERNS: [&[u8]; 3] = [&[0], &[0, 0b011], &[0, 0b011, 0b101, 0b110]];
 /// B = 2S − S A S + Σ_q (1 − S A) P_q B_q P_qᵀ (1 − A S)
 /// ```
 ///
-/// `S` is a Chebyshev polynomial of second degree of D⁻¹A, `P_q` the linear interpolation from blocks of cells times the signs of the
+/// `S` is a Chebyshev polynomial of D⁻¹A, with two products, `P_q` the linear interpolation from blocks of cells times the signs of the
 /// pattern q, `B_q` the same cycle for the matrix of the blocks. It is positive definite whatever the matrices of the blocks are, as long
 /// as they are too.
 ///
@@ -54,12 +54,12 @@ struct Level {
     /// √A_ii, its inverse (zero without a cell).
     root: Vec<f32>,
     inverse_root: Vec<f32>,
-    /// S r = gain r − slope Â r.
-    gain: f32,
-    slope: f32,
+    /// S r = c₀ r + c₁ Â r + c₂ Â² r.
+    smoother: [f32; 3],
     right: Vec<f32>,
     residual: Vec<f32>,
     solution: Vec<f32>,
+    product: Vec<f32>,
 }
 
 /// A diagonal entry that is not positive, at a site.
@@ -216,6 +216,25 @@ fn cycle_blocks(lattices: &[Lattice], passages: &mut [Passage], levels: &mut [Le
     level.smooth(lattice);
 }
 
+/// The coefficients of the polynomial S for which 1 − λ S(λ) is Chebyshev's of third degree on `least..=largest`: smallest there of all that
+/// are 1 at zero.
+///
+/// ```text
+/// 1 − λ S(λ) = T₃((θ − λ)/δ) / T₃(θ/δ)      T₃(y) = 4y³ − 3y      θ, δ: middle and half of the interval
+/// ```
+fn chebyshev(least: f64, largest: f64) -> [f64; 3] {
+    let (middle, half) = (0.5 * (largest + least), 0.5 * (largest - least));
+    let ratio = middle / half;
+    let scale = 1.0 / ((4.0 * ratio.powi(3) - 3.0 * ratio) * half);
+    [(12.0 * ratio * ratio - 3.0) * scale, -12.0 * ratio * scale / half, 4.0 * scale / (half * half)]
+}
+
+/// A x of all sites into `product`.
+fn multiply(matrix: &StencilMatrix<f32>, lattice: &Lattice, x: &[f32], product: &mut [f32]) {
+    let work = |(product, sites): (&mut [f32], Range<usize>)| matrix.multiply(lattice, sites, x, product);
+    parallel::for_each((product, 0..x.len()), GRAIN, &work);
+}
+
 /// [`StencilMatrix::sum_rows`] of all rows.
 fn sum_rows(lattice: &Lattice, matrix: &StencilMatrix<f64>, pattern: u8, sums: &mut [f64]) -> f64 {
     let sites = 0..sums.len();
@@ -227,7 +246,14 @@ impl Level {
     fn resize(&mut self, lattice: &Lattice) {
         self.scaled.resize(lattice);
         self.scaled.forget_diagonal();
-        for work in [&mut self.root, &mut self.inverse_root, &mut self.right, &mut self.residual, &mut self.solution] {
+        for work in [
+            &mut self.root,
+            &mut self.inverse_root,
+            &mut self.right,
+            &mut self.residual,
+            &mut self.solution,
+            &mut self.product,
+        ] {
             work.clear();
             work.resize(lattice.num_sites(), 0.0);
         }
@@ -274,24 +300,17 @@ impl Level {
             };
             parallel::for_each((&mut scaled[..], 0..lattice.num_sites()), GRAIN, &work);
         }
-        // Chebyshev's polynomial of second degree on [bound/range, bound]: with θ, δ its middle and half, σ = θ/δ,
-        // S r = d₀ + d₁, d₀ = r/θ, d₁ = ρ₁ρ₀ d₀ + 2ρ₁/δ (r − A d₀).
-        let (theta, delta) = (0.5 * bound * (1.0 + 1.0 / range), 0.5 * bound * (1.0 - 1.0 / range));
-        let sigma = theta / delta;
-        let first = 1.0 / sigma;
-        let second = 1.0 / (2.0 * sigma - first);
-        let step = 2.0 * second / delta;
-        self.gain = ((1.0 + second * first) / theta + step) as f32;
-        self.slope = (step / theta) as f32;
+        self.smoother = chebyshev(bound / range, bound).map(|coefficient| coefficient as f32);
     }
 
     /// x = S b.
     fn smooth_from_zero(&mut self, lattice: &Lattice) {
-        let Level { scaled, gain, slope, right, solution, .. } = self;
+        let Level { scaled, smoother: [c0, c1, c2], right, solution, product, .. } = self;
+        multiply(scaled, lattice, right, product);
         let work = |(solution, sites): (&mut [f32], Range<usize>)| {
-            scaled.multiply(lattice, sites.clone(), right, solution);
-            for (x, b) in solution.iter_mut().zip(&right[sites]) {
-                *x = *gain * b - *slope * *x;
+            scaled.multiply(lattice, sites.clone(), product, solution);
+            for ((x, b), product) in solution.iter_mut().zip(&right[sites.clone()]).zip(&product[sites]) {
+                *x = *c0 * b + *c1 * product + *c2 * *x;
             }
         };
         parallel::for_each((&mut solution[..], 0..right.len()), GRAIN, &work);
@@ -309,14 +328,15 @@ impl Level {
         parallel::for_each((&mut residual[..], 0..right.len()), GRAIN, &work);
     }
 
-    /// x += S r.
+    /// x += S r. The right side is lost.
     fn smooth(&mut self, lattice: &Lattice) {
-        let Level { scaled, gain, slope, residual, solution, right, .. } = self;
-        // The right side is not needed any more.
-        let work = |(product, solution, sites): (&mut [f32], &mut [f32], Range<usize>)| {
-            scaled.multiply(lattice, sites.clone(), residual, product);
-            for ((x, r), product) in solution.iter_mut().zip(&residual[sites]).zip(product) {
-                *x += *gain * r - *slope * *product;
+        let Level { scaled, smoother: [c0, c1, c2], residual, solution, right, product, .. } = self;
+        multiply(scaled, lattice, residual, product);
+        let work = |(square, solution, sites): (&mut [f32], &mut [f32], Range<usize>)| {
+            scaled.multiply(lattice, sites.clone(), product, square);
+            let products = product[sites.clone()].iter().zip(square);
+            for ((x, r), (product, square)) in solution.iter_mut().zip(&residual[sites]).zip(products) {
+                *x += *c0 * r + *c1 * product + *c2 * *square;
             }
         };
         parallel::for_each((&mut right[..], &mut solution[..], 0..residual.len()), GRAIN, &work);
@@ -328,5 +348,22 @@ impl Level {
 
     fn unscale_solution(&mut self) {
         self.solution.iter_mut().zip(&self.inverse_root).for_each(|(x, inverse)| *x *= inverse);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At the ends of the interval the polynomial is ±1/T₃(θ/δ), for 1..=9 with θ/δ = 5/4: T₃ = 4 (5/4)³ − 15/4 = 65/16.
+    #[test]
+    fn the_smoother_is_chebyshevs() {
+        let [c0, c1, c2] = chebyshev(1.0, 9.0);
+        let rest = |x: f64| 1.0 - x * (c0 + x * (c1 + x * c2));
+        for (x, expected) in
+            [(0.0, 1.0), (1.0, 16.0 / 65.0), (9.0, -16.0 / 65.0), (3.0, -16.0 / 65.0), (7.0, 16.0 / 65.0)]
+        {
+            assert!((rest(x) - expected).abs() < 1e-14, "{x}: {}", rest(x));
+        }
     }
 }
