@@ -125,6 +125,8 @@ struct Topology {
     stencil_len: usize,
     /// The nodes of every active cell's stencil.
     stencils: Vec<u32>,
+    /// The place of every active node among the active ones; one value per node of the grid.
+    place_of_node: Vec<u32>,
     /// The cells that touch each active node: entries `node_start[i]..node_start[i + 1]` are places in `stencils`.
     node_start: Vec<u32>,
     node_entries: Vec<u32>,
@@ -600,8 +602,12 @@ impl Topology {
     /// Inverts `stencils`: counts, then fills, both in ascending order.
     fn list_cells_of_nodes<const D: usize>(&mut self, at: &StepView<D>) {
         let nodes = at.active.nodes();
+        self.place_of_node.resize(at.grid.num_nodes(), 0);
+        for (place, &node) in nodes.iter().enumerate() {
+            self.place_of_node[node as usize] = place as u32;
+        }
         // Every node of a stencil is active: the set was made from these very stencils.
-        let place = |node: u32| nodes.binary_search(&node).unwrap_or(0);
+        let place = |node: u32| self.place_of_node[node as usize] as usize;
         self.node_start.clear();
         self.node_start.resize(nodes.len() + 1, 0);
         for &node in &self.stencils {
@@ -638,7 +644,14 @@ impl Topology {
             }
         }
         let mut axes: [usize; D] = std::array::from_fn(|axis| axis);
-        axes.sort_by_key(|&axis| std::cmp::Reverse(highest[axis].saturating_sub(lowest[axis])));
+        let extent = |axis: usize| highest[axis].saturating_sub(lowest[axis]) + 1;
+        axes.sort_by_key(|&axis| std::cmp::Reverse(extent(axis)));
+        // A matrix is about as wide as the body has cells across its longest axis. Far beyond the limit the order need not be known.
+        let across = cells.len() / extent(axes[0]);
+        if across * across / 16 > self.widest_direct {
+            self.direct = false;
+            return;
+        }
         self.slot_of_row.clear();
         self.slot_of_row.extend(0..cells.len() as u32);
         self.slot_of_row.sort_unstable_by_key(|&slot| {
