@@ -107,13 +107,11 @@ impl<const D: usize> Parts<'_, D> {
         offset: &Offset,
         pushed: &[Vector<D>; L],
     ) -> f64 {
-        let mut apart = [0; 3];
-        for axis in 0..D {
-            apart[axis] = match W {
-                2 => offset.to[axis],
-                _ => self.corners[other].0[axis] - self.corners[cell].0[axis],
-            };
-        }
+        let apart: Place = std::array::from_fn(|axis| match W {
+            _ if axis >= D => 0,
+            2 => offset.to[axis],
+            _ => self.corners[other].0[axis] - self.corners[cell].0[axis],
+        });
         let of_other = &self.divergence[other * L..][..L];
         let shared = |axis: usize| {
             let width = if axis < D { W as i32 } else { 1 };

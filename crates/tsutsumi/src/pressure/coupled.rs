@@ -86,8 +86,7 @@ pub struct Coupled<const D: usize> {
     cells: Vec<CellCoefficients>,
     /// d/(k b) from the centre of each active cell to its sides, per axis: the inverse of T (s/m²; 2-D: s/m, 1-D: s).
     resistances: Vec<Vector<D>>,
-    /// Conductance T/γ_w of every inner face, (m³/s)/Pa, and its flow under gravity q_g (m³/s).
-    inner: Vec<(f64, f64)>,
+    inner: Vec<FaceFlow>,
     /// Slot, conductance and gravity flow of every drained side.
     drains: Vec<(u32, f64, f64)>,
     /// c = γΔt − k/g of every node of the grid, per axis (s).
@@ -104,6 +103,12 @@ pub struct Coupled<const D: usize> {
     rows: Vec<f64>,
     nodal: Vec<Vector<D>>,
 }
+
+/// Two slots with a common side, the lower first, and the axis normal to it.
+pub(super) type Face = (u32, u32, u8);
+
+/// Conductance T/γ_w of an inner face, (m³/s)/Pa, and its flow under gravity q_g (m³/s).
+pub(super) type FaceFlow = (f64, f64);
 
 /// What one active cell contributes.
 #[derive(Debug, Clone, Copy, Default)]
@@ -132,8 +137,7 @@ struct Topology {
     node_entries: Vec<u32>,
     /// The slot of each of these.
     node_slots: Vec<u32>,
-    /// Pairs of slots with a common side, lower first, and the axis normal to it.
-    faces: Vec<(u32, u32, u8)>,
+    faces: Vec<Face>,
     surface: Surface,
     /// The row of each slot in the direct solver's matrix.
     row_of_slot: Vec<u32>,
@@ -336,7 +340,7 @@ impl<const D: usize> Coupled<D> {
         };
         parallel::for_each((&mut resistances[..], 0..boxes.len()), GRAIN, &work);
         inner.resize(self.topology.faces.len(), (0.0, 0.0));
-        let work = |(inner, faces): (&mut [(f64, f64)], &[(u32, u32, u8)])| {
+        let work = |(inner, faces): (&mut [FaceFlow], &[Face])| {
             for (inner, &(lower, upper, axis)) in inner.iter_mut().zip(faces) {
                 let (lower, upper, axis) = (lower as usize, upper as usize, axis as usize);
                 let transmissibility = 1.0 / (resistances[lower][axis] + resistances[upper][axis]);

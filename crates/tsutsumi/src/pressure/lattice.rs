@@ -73,13 +73,11 @@ impl Lattice {
     pub(super) fn rebuild(&mut self, dimension: usize, reach: i32, places: impl Iterator<Item = Place>) {
         self.list_offsets(dimension, reach);
         self.runs.clear();
-        let mut slot = 0;
-        for place in places {
+        for (slot, place) in places.enumerate() {
             match self.runs.last_mut() {
                 Some(run) if run.place[1..] == place[1..] && run.place[0] + run.len as i32 == place[0] => run.len += 1,
                 _ => self.runs.push(Run { place, len: 1, site: 0, slot }),
             }
-            slot += 1;
         }
         self.number_sites(dimension, reach);
     }

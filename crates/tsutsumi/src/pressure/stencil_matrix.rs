@@ -118,9 +118,8 @@ impl<T: RealField + Copy> pulp::WithSimd for Strip<'_, T> {
         let len = product.len();
         product.copy_from_slice(&x[from..][..len]);
         if !matrix.diagonal.is_empty() {
-            let diagonal = &matrix.diagonal[from..][..len];
-            for i in 0..len {
-                product[i] *= diagonal[i];
+            for (product, &diagonal) in product.iter_mut().zip(&matrix.diagonal[from..][..len]) {
+                *product *= diagonal;
             }
         }
         let (mut offsets, mut upper) = (lattice.offsets(), &matrix.upper[..]);
@@ -128,15 +127,15 @@ impl<T: RealField + Copy> pulp::WithSimd for Strip<'_, T> {
         while let ([first, second, others @ ..], [first_entries, second_entries, rest @ ..]) = (offsets, upper) {
             let a = Couple::new(lattice.shift(run, first), first_entries, x, from, len);
             let b = Couple::new(lattice.shift(run, second), second_entries, x, from, len);
-            for i in 0..len {
-                product[i] += a.at(i) + b.at(i);
+            for (i, product) in product.iter_mut().enumerate() {
+                *product += a.at(i) + b.at(i);
             }
             (offsets, upper) = (others, rest);
         }
         if let ([last], [entries]) = (offsets, upper) {
             let a = Couple::new(lattice.shift(run, last), entries, x, from, len);
-            for i in 0..len {
-                product[i] += a.at(i);
+            for (i, product) in product.iter_mut().enumerate() {
+                *product += a.at(i);
             }
         }
     }

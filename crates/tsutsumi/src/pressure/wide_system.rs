@@ -4,6 +4,7 @@ use super::StepView;
 use super::assembly::{NO_CELL, Parts, assemble};
 use super::checkerboard::Checkerboard;
 use super::conjugate_gradient::{Breakdown, ConjugateGradient, System};
+use super::coupled::{Face, FaceFlow};
 use super::lattice::{Lattice, Place};
 use super::multigrid::Multigrid;
 use super::stencil_matrix::StencilMatrix;
@@ -16,10 +17,8 @@ pub(super) struct Contributions<'a, const D: usize> {
     pub(super) divergence: &'a [Vector<D>],
     /// c/m of every node of the grid.
     pub(super) compliance: &'a [Vector<D>],
-    /// Pairs of cells with a common side, lower first, and the axis normal to it.
-    pub(super) faces: &'a [(u32, u32, u8)],
-    /// Conductances of the faces (and gravity flows, not needed here).
-    pub(super) inner: &'a [(f64, f64)],
+    pub(super) faces: &'a [Face],
+    pub(super) inner: &'a [FaceFlow],
     /// Cells, conductances (and gravity flows) of drained sides.
     pub(super) drains: &'a [(u32, f64, f64)],
     pub(super) checkerboard: &'a Checkerboard,
