@@ -699,11 +699,13 @@ impl Topology {
     }
 
     /// The entries (slot × stencil length + local node) that meet at the active node number `i`.
+    #[inline]
     fn cells_of_node(&self, i: usize) -> &[u32] {
         &self.node_entries[self.node_start[i] as usize..self.node_start[i + 1] as usize]
     }
 
     /// The slots of these entries.
+    #[inline]
     fn slots_of_node(&self, i: usize) -> &[u32] {
         &self.node_slots[self.node_start[i] as usize..self.node_start[i + 1] as usize]
     }

@@ -25,6 +25,9 @@ pub(super) struct Passage {
     margin_neighbors: Vec<u32>,
     rows: Vec<f32>,
     sums: Vec<BlockSums>,
+    /// Work arrays: the blocks, z first, and the coarse sites with cells.
+    blocks: Vec<[i32; 3]>,
+    has_cells: Vec<bool>,
 }
 
 /// The lines of blocks between which a run's values are interpolated.
@@ -67,7 +70,8 @@ impl Passage {
     /// Finds the blocks of `fine`, makes `coarse` the lattice of them.
     pub(super) fn rebuild(&mut self, dimension: usize, factor: i32, fine: &Lattice, coarse: &mut Lattice) {
         (self.dimension, self.factor) = (dimension, factor);
-        let mut blocks: Vec<[i32; 3]> = Vec::new();
+        let mut blocks = std::mem::take(&mut self.blocks);
+        blocks.clear();
         for run in fine.runs() {
             let [from, to] = [run.place[0], run.place[0] + run.len as i32 - 1].map(|x| x.div_euclid(factor));
             let [_, y, z] = run.place.map(|place| place.div_euclid(factor));
@@ -76,6 +80,7 @@ impl Passage {
         blocks.sort_unstable();
         blocks.dedup();
         coarse.rebuild(dimension, 1, blocks.iter().map(|&[z, y, x]| [x, y, z]));
+        self.blocks = blocks;
         self.list_lines(fine, coarse);
         self.list_slabs(fine, coarse);
         self.list_margin(coarse);
@@ -147,7 +152,9 @@ impl Passage {
     fn list_margin(&mut self, coarse: &Lattice) {
         self.margin.clear();
         self.margin_neighbors.clear();
-        let mut has_cells = vec![false; coarse.num_sites()];
+        let mut has_cells = std::mem::take(&mut self.has_cells);
+        has_cells.clear();
+        has_cells.resize(coarse.num_sites(), false);
         for run in coarse.runs() {
             has_cells[run.site..run.site + run.len].fill(true);
         }
@@ -167,6 +174,7 @@ impl Passage {
             }
             self.margin.push(MarginSite { site: site as u32, neighbors: (first, self.margin_neighbors.len() as u32) });
         });
+        self.has_cells = has_cells;
     }
 
     /// Runs in a piece of a loop.
