@@ -76,6 +76,7 @@ pub struct Body<const D: usize, L: ConstitutiveLaw = LinearElastic> {
     fluid_inertia: bool,
     gravity: f64,
     pressure_stabilisation: f64,
+    direct_solver_up_to: Option<usize>,
     damping: Damping,
     volumetric_strain: VolumetricStrain,
     stress_order: Box<dyn StressOrder>,
@@ -110,6 +111,7 @@ impl<const D: usize> Body<D> {
             fluid_inertia: true,
             gravity: 0.0,
             pressure_stabilisation: 0.0,
+            direct_solver_up_to: None,
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
             stress_order: Box::new(StressLast),
@@ -158,6 +160,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             fluid_inertia: self.fluid_inertia,
             gravity: self.gravity,
             pressure_stabilisation: self.pressure_stabilisation,
+            direct_solver_up_to: self.direct_solver_up_to,
             damping: self.damping,
             volumetric_strain: self.volumetric_strain,
             shape: self.shape,
@@ -228,6 +231,12 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
     /// The stabilisation of the pressure's checkerboard, see [`Coupled::stabilised`]; it starts with none.
     pub fn pressure_stabilisation(mut self, softening: f64) -> Self {
         self.pressure_stabilisation = softening;
+        self
+    }
+
+    /// Another limit for the direct solver of the pressures, see [`Coupled::with_direct_solver_up_to`].
+    pub fn direct_solver_up_to(mut self, mean_square_width: usize) -> Self {
+        self.direct_solver_up_to = Some(mean_square_width);
         self
     }
 
@@ -384,7 +393,11 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
             Some(fluid) => {
                 let scheme = Coupled::new(fluid, self.quadrature, self.fluid_inertia);
                 let scheme = scheme.with_particle_pressure(self.particle_pressure);
-                Box::new(scheme.stabilised(self.pressure_stabilisation))
+                let scheme = scheme.stabilised(self.pressure_stabilisation);
+                match self.direct_solver_up_to {
+                    Some(width) => Box::new(scheme.with_direct_solver_up_to(width)),
+                    None => Box::new(scheme),
+                }
             }
             None => Box::new(Dry),
         };

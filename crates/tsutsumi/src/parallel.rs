@@ -58,6 +58,17 @@ impl<A: Pieces, B: Pieces> Pieces for (A, B) {
     }
 }
 
+impl<A: Pieces, B: Pieces, C: Pieces> Pieces for (A, B, C) {
+    fn count(&self) -> usize {
+        self.0.count()
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        let (a, b, c) = (self.0.cut(at), self.1.cut(at), self.2.cut(at));
+        ((a.0, b.0, c.0), (a.1, b.1, c.1))
+    }
+}
+
 /// Values of equal rows, one after the other; an element is a row.
 pub(crate) struct Rows<'a, T> {
     values: &'a mut [T],
@@ -92,6 +103,11 @@ pub(crate) fn for_each<P: Pieces>(pieces: P, grain: usize, work: &(impl Fn(P) + 
     fold(pieces, grain, work, &|(), ()| ());
 }
 
+/// Sums what `work` says of pieces of `grain` elements.
+pub(crate) fn sum<P: Pieces>(pieces: P, grain: usize, work: &(impl Fn(P) -> f64 + Sync)) -> f64 {
+    fold(pieces, grain, work, &|a, b| a + b)
+}
+
 /// Joins what `work` says of pieces of `grain` elements, two neighbours at a time.
 pub(crate) fn fold<P: Pieces, R: Send>(
     pieces: P,
@@ -116,6 +132,14 @@ pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     pulp::Arch::new().dispatch(work)
 }
 
+/// Runs work of many loops on a thread of the pool: from outside, every single loop would change threads there and back.
+pub(crate) fn within_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
+    match rayon::current_thread_index() {
+        Some(_) => work(),
+        None => rayon::join(work, || ()).0,
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;
@@ -125,7 +149,7 @@ mod tests {
         let values: Vec<f64> = (0..1000).map(|i| 1.0 / (1.0 + i as f64)).collect();
         let total = |threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
-            pool.install(|| fold(&values[..], 7, &|piece: &[f64]| piece.iter().sum::<f64>(), &|a, b| a + b))
+            pool.install(|| sum(&values[..], 7, &|piece: &[f64]| piece.iter().sum()))
         };
         assert_eq!(total(1).to_bits(), total(3).to_bits());
         // The harmonic number of 1000.

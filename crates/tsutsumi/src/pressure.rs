@@ -3,14 +3,21 @@
 //! A [`PressureScheme`] turns nodal forces into cell pressures and nodal accelerations. [`Coupled`] is the paper's: both
 //! equations solved together, the accelerations eliminated. [`Dry`] is for ground without water.
 
+mod assembly;
 mod checkerboard;
 mod conjugate_gradient;
 mod coupled;
 mod dry;
 mod envelope;
 mod geometry;
+mod lattice;
+mod multigrid;
+mod nodal;
 mod particle_pressure;
+mod passage;
+mod stencil_matrix;
 mod tied;
+mod wide_system;
 
 pub use coupled::{Coupled, Fluid, Quadrature};
 pub use dry::Dry;

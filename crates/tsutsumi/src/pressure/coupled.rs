@@ -1,13 +1,17 @@
 use std::ops::Range;
 
 use super::checkerboard::Checkerboard;
-use super::conjugate_gradient::{Breakdown, ConjugateGradient};
+use super::conjugate_gradient::Breakdown;
 use super::envelope::Envelope;
-use super::geometry::{FilledBox, fill_boxes, smallest_fill};
+use super::geometry::{FilledBox, Surface, fill_boxes, smallest_fill};
+use super::nodal;
 use super::particle_pressure::{CellPressure, ParticlePressure};
+use super::stencil_matrix::GRAIN;
 use super::tied::TiedCells;
+use super::wide_system::{Contributions, WideSystem};
 use super::{PressureError, PressureReport, PressureScheme, StepView};
 use crate::grid::{CellFields, NodeFields, Side, SideSet};
+use crate::parallel;
 use crate::particles::Particles;
 use crate::tensor::Vector;
 
@@ -80,8 +84,9 @@ pub struct Coupled<const D: usize> {
     divergence: Vec<Vector<D>>,
     boxes: Vec<FilledBox<D>>,
     cells: Vec<CellCoefficients>,
-    /// Conductance T/γ_w of every inner face, (m³/s)/Pa, and its flow under gravity q_g (m³/s).
-    inner: Vec<(f64, f64)>,
+    /// d/(k b) from the centre of each active cell to its sides, per axis: the inverse of T (s/m²; 2-D: s/m, 1-D: s).
+    resistances: Vec<Vector<D>>,
+    inner: Vec<FaceFlow>,
     /// Slot, conductance and gravity flow of every drained side.
     drains: Vec<(u32, f64, f64)>,
     /// c = γΔt − k/g of every node of the grid, per axis (s).
@@ -91,14 +96,19 @@ pub struct Coupled<const D: usize> {
     ties: Vec<TiedCells>,
     checkerboard: Checkerboard,
     matrix: Envelope,
-    iteration: ConjugateGradient,
-    diagonal: Vec<f64>,
+    wide: WideSystem,
     right: Vec<f64>,
     solution: Vec<f64>,
     /// Values by row, for the direct solver.
     rows: Vec<f64>,
     nodal: Vec<Vector<D>>,
 }
+
+/// Two slots with a common side, the lower first, and the axis normal to it.
+pub(super) type Face = (u32, u32, u8);
+
+/// Conductance T/γ_w of an inner face, (m³/s)/Pa, and its flow under gravity q_g (m³/s).
+pub(super) type FaceFlow = (f64, f64);
 
 /// What one active cell contributes.
 #[derive(Debug, Clone, Copy, Default)]
@@ -120,23 +130,27 @@ struct Topology {
     stencil_len: usize,
     /// The nodes of every active cell's stencil.
     stencils: Vec<u32>,
+    /// The place of every active node among the active ones; one value per node of the grid.
+    place_of_node: Vec<u32>,
     /// The cells that touch each active node: entries `node_start[i]..node_start[i + 1]` are places in `stencils`.
     node_start: Vec<u32>,
     node_entries: Vec<u32>,
-    /// Pairs of slots with a common side, lower first, and the axis normal to it.
-    faces: Vec<(u32, u32, u8)>,
-    /// Sides without material beyond.
-    open: Vec<(u32, Side)>,
+    /// The slot of each of these.
+    node_slots: Vec<u32>,
+    faces: Vec<Face>,
+    surface: Surface,
     /// The row of each slot in the direct solver's matrix.
     row_of_slot: Vec<u32>,
     slot_of_row: Vec<u32>,
     /// The first column of each row: the smallest row among the cells that share a node with it.
     first_column: Vec<u32>,
     direct: bool,
+    /// Mean square half bandwidth up to which the direct solver is used.
+    widest_direct: usize,
 }
 
-/// Mean square of the matrix's half bandwidth up to which the direct solver is used.
-const DIRECT_MEAN_SQUARE_WIDTH: usize = 1500;
+/// Mean square of the matrix's half bandwidth up to which the direct solver is used: there both cost the same (squares of 23 cells, one thread).
+const DIRECT_MEAN_SQUARE_WIDTH: usize = 500;
 
 impl<const D: usize> Coupled<D> {
     /// The scheme for this pore water.
@@ -148,10 +162,11 @@ impl<const D: usize> Coupled<D> {
             quadrature,
             fluid_inertia,
             particle_pressure: Box::new(CellPressure),
-            topology: Topology::default(),
+            topology: Topology { widest_direct: DIRECT_MEAN_SQUARE_WIDTH, ..Topology::default() },
             divergence: Vec::new(),
             boxes: Vec::new(),
             cells: Vec::new(),
+            resistances: Vec::new(),
             inner: Vec::new(),
             drains: Vec::new(),
             relaxation: Vec::new(),
@@ -159,8 +174,7 @@ impl<const D: usize> Coupled<D> {
             ties: Vec::new(),
             checkerboard: Checkerboard::default(),
             matrix: Envelope::default(),
-            iteration: ConjugateGradient::default(),
-            diagonal: Vec::new(),
+            wide: WideSystem::default(),
             right: Vec::new(),
             solution: Vec::new(),
             rows: Vec::new(),
@@ -193,6 +207,14 @@ impl<const D: usize> Coupled<D> {
         self
     }
 
+    /// The same scheme with another limit for the direct solver: it is used where the mean square half bandwidth of the matrix, in cells, is
+    /// at most this, conjugate gradients elsewhere. With 0 there is no direct solver but for cells apart: to compare the two.
+    #[must_use]
+    pub fn with_direct_solver_up_to(mut self, mean_square_width: usize) -> Self {
+        self.topology.widest_direct = mean_square_width;
+        self
+    }
+
     /// Rebuilds what depends on which cells are active.
     fn update_topology(&mut self, at: &StepView<D>) {
         if self.topology.generation == at.active.generation() {
@@ -211,8 +233,7 @@ impl<const D: usize> Coupled<D> {
         for nodal in [&mut self.relaxation, &mut self.compliance, &mut self.nodal] {
             nodal.resize(at.grid.num_nodes(), Vector::zeros());
         }
-        self.iteration.resize(size);
-        for work in [&mut self.diagonal, &mut self.right, &mut self.solution, &mut self.rows] {
+        for work in [&mut self.right, &mut self.solution, &mut self.rows] {
             work.resize(size, 0.0);
         }
         // Capacity for the most that so many cells can need, so that later steps do not allocate. All are filled anew below.
@@ -220,13 +241,57 @@ impl<const D: usize> Coupled<D> {
         self.boxes.reserve(size);
         self.cells.clear();
         self.cells.reserve(size);
+        self.resistances.clear();
+        self.resistances.reserve(size);
         self.inner.clear();
         self.inner.reserve(D * size);
         self.drains.clear();
         self.drains.reserve(2 * D * size);
         if self.topology.direct {
             self.matrix.set_shape(self.topology.first_column.iter().copied());
+        } else {
+            self.wide.rebuild(at, &self.topology.stencils);
         }
+    }
+
+    /// Step 6 of the algorithm, see [`PressureScheme::solve`].
+    fn solve_step(
+        &mut self,
+        at: &StepView<D>,
+        particles: &Particles<D>,
+        cells: &mut CellFields,
+        nodes: &mut NodeFields<D>,
+    ) -> Result<PressureReport, PressureError> {
+        self.update_topology(at);
+        self.sum_particles(at, particles);
+        fill_boxes(self.quadrature, at, particles, &self.topology.surface, &mut self.boxes);
+        if self.quadrature == Quadrature::MaterialPoints {
+            at.transfer.divergence_of_particles(at.grid, at.active, particles, &mut self.divergence);
+        }
+        self.measure_faces(at);
+        self.checkerboard.measure(|slot| self.cells[slot].storage);
+        self.relax_nodes(at, nodes);
+        match self.topology.direct {
+            true => self.factorize(at)?,
+            false => self.measure_wide(at)?,
+        }
+        for (pressure, &cell) in self.solution.iter_mut().zip(at.active.cells()) {
+            *pressure = cells.pressure_old[cell as usize];
+        }
+        let mut iterations = 0;
+        if !at.damping.is_off() {
+            iterations += self.damp(at, cells, nodes)?;
+        }
+        iterations += self.solve_for_pressures(at, cells, nodes)?;
+
+        for (slot, &cell) in at.active.cells().iter().enumerate() {
+            cells.pressure[cell as usize] = self.solution[slot];
+        }
+        self.force_out_of_balance(at, nodes);
+        nodes.forces_to_accelerations(at.active);
+        let flow =
+            |&(slot, conductance, gravity): &(u32, f64, f64)| conductance * self.solution[slot as usize] + gravity;
+        Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })
     }
 
     /// Storage, conductivity and drained sides of the active cells, from their particles.
@@ -264,21 +329,31 @@ impl<const D: usize> Coupled<D> {
     /// `d` is the distance from a cell's centre to the face (m), `b` the wetted area on its side (m²).
     fn measure_faces(&mut self, at: &StepView<D>) {
         let weight = at.gravity * self.fluid.density;
-        let resistance = |slot: u32, axis: usize| {
-            let filled = &self.boxes[slot as usize];
-            filled.half_extent(axis) / (self.cells[slot as usize].conductivity * filled.side_area(axis))
+        let Coupled { boxes, cells, resistances, inner, fluid, .. } = self;
+        resistances.resize(boxes.len(), Vector::zeros());
+        let work = |(resistances, slots): (&mut [Vector<D>], Range<usize>)| {
+            for (resistance, slot) in resistances.iter_mut().zip(slots) {
+                let (filled, conductivity) = (&boxes[slot], cells[slot].conductivity);
+                *resistance =
+                    Vector::from_fn(|axis, _| filled.half_extent(axis) / (conductivity * filled.side_area(axis)));
+            }
         };
-        self.inner.clear();
-        for &(lower, upper, axis) in &self.topology.faces {
-            let transmissibility = 1.0 / (resistance(lower, axis as usize) + resistance(upper, axis as usize));
-            let between = self.boxes[upper as usize].center() - self.boxes[lower as usize].center();
-            let conductance = transmissibility / self.fluid.unit_weight;
-            self.inner.push((conductance, conductance * weight.dot(&between)));
-        }
+        parallel::for_each((&mut resistances[..], 0..boxes.len()), GRAIN, &work);
+        inner.resize(self.topology.faces.len(), (0.0, 0.0));
+        let work = |(inner, faces): (&mut [FaceFlow], &[Face])| {
+            for (inner, &(lower, upper, axis)) in inner.iter_mut().zip(faces) {
+                let (lower, upper, axis) = (lower as usize, upper as usize, axis as usize);
+                let transmissibility = 1.0 / (resistances[lower][axis] + resistances[upper][axis]);
+                let between = boxes[upper].center() - boxes[lower].center();
+                let conductance = transmissibility / fluid.unit_weight;
+                *inner = (conductance, conductance * weight.dot(&between));
+            }
+        };
+        parallel::for_each((&mut inner[..], &self.topology.faces[..]), GRAIN, &work);
         self.drains.clear();
-        for &(slot, side) in &self.topology.open {
+        for &(slot, side) in &self.topology.surface.sides {
             if self.cells[slot as usize].drained.contains(side) {
-                let conductance = 1.0 / (resistance(slot, side.axis) * self.fluid.unit_weight);
+                let conductance = 1.0 / (self.resistances[slot as usize][side.axis] * self.fluid.unit_weight);
                 let to_side = side.sign() * self.boxes[slot as usize].half_extent(side.axis);
                 self.drains.push((slot, conductance, conductance * weight[side.axis] * to_side));
             }
@@ -288,20 +363,19 @@ impl<const D: usize> Coupled<D> {
     /// c = γΔt − k/g and c/m at the active nodes, k the mean of the cells around.
     fn relax_nodes(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
         let per_conductivity = if self.fluid_inertia { self.fluid.density / self.fluid.unit_weight } else { 0.0 };
-        for (i, &node) in at.active.nodes().iter().enumerate() {
-            let around = self.topology.cells_of_node(i);
-            let stencil_len = self.topology.stencil_len;
-            let sum: f64 = around.iter().map(|&e| self.cells[e as usize / stencil_len].conductivity).sum();
-            let relaxation = Vector::repeat(at.dt - per_conductivity * sum / around.len() as f64);
-            self.relaxation[node as usize] = relaxation;
-            self.compliance[node as usize] = nodes.mobility[node as usize].component_mul(&relaxation);
-        }
+        let Coupled { topology, cells, relaxation, compliance, .. } = self;
+        nodal::set(at.active.nodes(), relaxation, |i, _| {
+            let around = topology.slots_of_node(i);
+            let sum: f64 = around.iter().map(|&slot| cells[slot as usize].conductivity).sum();
+            Vector::repeat(at.dt - per_conductivity * sum / around.len() as f64)
+        });
+        nodal::set(at.active.nodes(), compliance, |_, node| nodes.mobility[node].component_mul(&relaxation[node]));
         self.relax_ties(at, nodes);
     }
 
     /// One c for all nodes that move as one, and their part of the matrix.
     fn relax_ties(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
-        let Coupled { relaxation, compliance, ties, topology, divergence, .. } = self;
+        let Coupled { relaxation, compliance, ties, topology, divergence, wide, .. } = self;
         ties.resize_with(nodes.ties.len(), TiedCells::default);
         for (tied, tie) in ties.iter_mut().zip(&nodes.ties) {
             let axis = tie.axis();
@@ -314,8 +388,12 @@ impl<const D: usize> Coupled<D> {
                 compliance[node][axis] = 0.0;
             }
             let strength = if mobility > 0.0 { mobility * weighted / mass } else { 0.0 };
-            tied.resize(at.active.cells().len());
-            tied.measure(at, tie, strength, divergence, |place| topology.cells_of_node(place));
+            let (size, place_of): (usize, &dyn Fn(usize) -> usize) = match topology.direct {
+                true => (at.active.cells().len(), &|slot| slot),
+                false => (wide.num_sites(), &|slot| wide.site_of_cell()[slot] as usize),
+            };
+            tied.resize(size);
+            tied.measure(at, tie, strength, divergence, |place| topology.cells_of_node(place), place_of);
         }
     }
 
@@ -342,30 +420,29 @@ impl<const D: usize> Coupled<D> {
     /// F + K_v p_w of the solution, into the nodes' accelerations (N).
     fn force_out_of_balance(&mut self, at: &StepView<D>, nodes: &mut NodeFields<D>) {
         self.topology.push_nodes(at, &self.divergence, &self.solution, &mut self.nodal);
-        for &node in at.active.nodes() {
-            let node = node as usize;
-            nodes.acceleration[node] = nodes.force[node] + self.nodal[node];
-        }
+        let (force, pushed) = (&nodes.force, &self.nodal);
+        nodal::set(at.active.nodes(), &mut nodes.acceleration, |_, node| force[node] + pushed[node]);
     }
 
     /// C p|t − K_vᵀ [v + c M⁻¹ F] − q_g, into `right`.
     fn fill_right_side(&mut self, at: &StepView<D>, cells: &CellFields, nodes: &NodeFields<D>) {
-        for &node in at.active.nodes() {
-            self.nodal[node as usize] = nodes.force[node as usize];
-        }
+        let Coupled { nodal: values, relaxation, topology, divergence, rows, right, cells: of_cells, .. } = self;
+        nodal::set(at.active.nodes(), values, |_, node| nodes.force[node]);
         for tie in &nodes.ties {
-            tie.gather(&mut self.nodal);
+            tie.gather(values);
         }
         for &node in at.active.nodes() {
             let node = node as usize;
-            let pushed = self.nodal[node].component_mul(&nodes.mobility[node]);
-            self.nodal[node] = nodes.velocity_old[node] + pushed.component_mul(&self.relaxation[node]);
+            let pushed = values[node].component_mul(&nodes.mobility[node]);
+            values[node] = nodes.velocity_old[node] + pushed.component_mul(&relaxation[node]);
         }
-        for (slot, &cell) in at.active.cells().iter().enumerate() {
-            self.rows[slot] = cells.pressure_old[cell as usize];
-            let volume_rate = self.topology.divergence_of(slot, &self.divergence, &self.nodal);
-            self.right[slot] = self.cells[slot].storage * self.rows[slot] - volume_rate;
-        }
+        let work = |(right, rows, slots): (&mut [f64], &mut [f64], Range<usize>)| {
+            for ((right, row), slot) in right.iter_mut().zip(rows).zip(slots) {
+                *row = cells.pressure_old[at.active.cells()[slot] as usize];
+                *right = of_cells[slot].storage * *row - topology.divergence_of(slot, divergence, values);
+            }
+        };
+        parallel::for_each((&mut right[..], &mut rows[..], 0..of_cells.len()), GRAIN, &work);
         self.checkerboard.add_product(&self.rows, &mut self.right);
         for (&(lower, upper, _), &(_, flow)) in self.topology.faces.iter().zip(&self.inner) {
             self.right[lower as usize] -= flow;
@@ -425,12 +502,12 @@ impl<const D: usize> Coupled<D> {
         });
         for (i, &node) in at.active.nodes().iter().enumerate() {
             let compliance = self.compliance[node as usize];
-            let around = topology.cells_of_node(i);
-            for &e in around {
-                let row_e = row(e / topology.stencil_len as u32);
+            let around = || topology.cells_of_node(i).iter().zip(topology.slots_of_node(i));
+            for (&e, &slot_e) in around() {
+                let row_e = row(slot_e);
                 let pushed = self.divergence[e as usize].component_mul(&compliance);
-                for &f in around {
-                    let row_f = row(f / topology.stencil_len as u32);
+                for (&f, &slot_f) in around() {
+                    let row_f = row(slot_f);
                     if row_f <= row_e {
                         self.matrix.add(row_e, row_f, pushed.dot(&self.divergence[f as usize]));
                     }
@@ -469,51 +546,22 @@ impl<const D: usize> Coupled<D> {
         PressureError::NotPositiveDefinite { time: at.time, cell: at.cell_index_of_slot(slot), pivot, short_step }
     }
 
-    /// Solves by conjugate gradients without assembling the matrix, started from the last pressures.
+    /// Fills the matrix of a wide system.
+    fn measure_wide(&mut self, at: &StepView<D>) -> Result<(), PressureError> {
+        let Coupled { topology, divergence, compliance, inner, drains, checkerboard, cells, wide, .. } = self;
+        let faces = &topology.faces;
+        let contributions = Contributions { divergence, compliance, faces, inner, drains, checkerboard };
+        let outcome = wide.measure(at, &contributions, |slot| cells[slot].storage);
+        outcome.map_err(|(slot, entry)| self.not_positive_definite(at, slot, entry))
+    }
+
+    /// Solves by conjugate gradients, started from the last pressures.
     fn solve_iteratively(&mut self, at: &StepView<D>) -> Result<usize, PressureError> {
-        let Coupled {
-            topology, divergence, cells, inner, drains, compliance, ties, checkerboard, nodal, diagonal, ..
-        } = self;
-        for (slot, cell) in cells.iter().enumerate() {
-            diagonal[slot] = cell.storage;
-        }
-        for (e, (&node, k)) in topology.stencils.iter().zip(divergence.iter()).enumerate() {
-            diagonal[e / topology.stencil_len] += k.component_mul(&compliance[node as usize]).dot(k);
-        }
-        for (&(lower, upper, _), &(conductance, _)) in topology.faces.iter().zip(inner.iter()) {
-            diagonal[lower as usize] += conductance;
-            diagonal[upper as usize] += conductance;
-        }
-        for &(slot, conductance, _) in drains.iter() {
-            diagonal[slot as usize] += conductance;
-        }
-        checkerboard.add_diagonal(diagonal);
-        ties.iter().for_each(|tie| tie.add_diagonal(diagonal));
-        let multiply = |p: &[f64], product: &mut [f64]| {
-            topology.push_nodes(at, divergence, p, nodal);
-            for &node in at.active.nodes() {
-                let node = node as usize;
-                nodal[node] = nodal[node].component_mul(&compliance[node]);
-            }
-            for (slot, cell) in cells.iter().enumerate() {
-                product[slot] = cell.storage * p[slot] + topology.divergence_of(slot, divergence, nodal);
-            }
-            for (&(lower, upper, _), &(conductance, _)) in topology.faces.iter().zip(inner.iter()) {
-                let flow = conductance * (p[lower as usize] - p[upper as usize]);
-                product[lower as usize] += flow;
-                product[upper as usize] -= flow;
-            }
-            for &(slot, conductance, _) in drains.iter() {
-                product[slot as usize] += conductance * p[slot as usize];
-            }
-            checkerboard.add_product(p, product);
-            ties.iter().for_each(|tie| tie.add_product(p, product));
-        };
-        let outcome = self.iteration.solve(multiply, diagonal, &self.right, &mut self.solution);
+        let outcome = self.wide.solve(&self.ties, &self.right, &mut self.solution);
         outcome.map_err(|breakdown| match breakdown {
-            Breakdown::Indefinite { row, quotient } => self.not_positive_definite(at, row, quotient),
-            Breakdown::NotConverged { row, iterations, residual } => {
-                let cell = at.cell_index_of_slot(row);
+            Breakdown::Indefinite { site, quotient } => self.not_positive_definite(at, site, quotient),
+            Breakdown::NotConverged { site, iterations, residual } => {
+                let cell = at.cell_index_of_slot(site);
                 PressureError::NotConverged { time: at.time, cell, iterations, residual }
             }
         })
@@ -540,21 +588,17 @@ impl Topology {
         self.stencil_len = at.transfer.stencil_len();
         self.stencils.clear();
         self.faces.clear();
-        self.open.clear();
         // As many as so many cells can have, wherever they are.
         self.faces.reserve(D * at.active.cells().len());
-        self.open.reserve(2 * D * at.active.cells().len());
         for (slot, &cell) in at.active.cells().iter().enumerate() {
             let cell = cell as usize;
             at.transfer.visit_stencil(at.grid, cell, &mut |node| self.stencils.push(node as u32));
-            for side in Side::all::<D>() {
-                match at.grid.neighbor(cell, side).and_then(|other| at.active.slot(other)) {
-                    Some(other) if side.upper => self.faces.push((slot as u32, other as u32, side.axis as u8)),
-                    Some(_) => {}
-                    None => self.open.push((slot as u32, side)),
-                }
+            for axis in 0..D {
+                let above = at.grid.neighbor(cell, Side { axis, upper: true }).and_then(|other| at.active.slot(other));
+                self.faces.extend(above.map(|above| (slot as u32, above as u32, axis as u8)));
             }
         }
+        self.surface.rebuild(at);
         self.list_cells_of_nodes(at);
         self.order_rows(at);
     }
@@ -562,8 +606,12 @@ impl Topology {
     /// Inverts `stencils`: counts, then fills, both in ascending order.
     fn list_cells_of_nodes<const D: usize>(&mut self, at: &StepView<D>) {
         let nodes = at.active.nodes();
+        self.place_of_node.resize(at.grid.num_nodes(), 0);
+        for (place, &node) in nodes.iter().enumerate() {
+            self.place_of_node[node as usize] = place as u32;
+        }
         // Every node of a stencil is active: the set was made from these very stencils.
-        let place = |node: u32| nodes.binary_search(&node).unwrap_or(0);
+        let place = |node: u32| self.place_of_node[node as usize] as usize;
         self.node_start.clear();
         self.node_start.resize(nodes.len() + 1, 0);
         for &node in &self.stencils {
@@ -579,6 +627,9 @@ impl Topology {
             self.node_entries[*start as usize] = entry as u32;
             *start += 1;
         }
+        let stencil_len = self.stencil_len as u32;
+        self.node_slots.clear();
+        self.node_slots.extend(self.node_entries.iter().map(|entry| entry / stencil_len));
         // The fill has moved each start to the next one's: shift back.
         self.node_start.copy_within(0..nodes.len(), 1);
         self.node_start[0] = 0;
@@ -597,7 +648,14 @@ impl Topology {
             }
         }
         let mut axes: [usize; D] = std::array::from_fn(|axis| axis);
-        axes.sort_by_key(|&axis| std::cmp::Reverse(highest[axis].saturating_sub(lowest[axis])));
+        let extent = |axis: usize| highest[axis].saturating_sub(lowest[axis]) + 1;
+        axes.sort_by_key(|&axis| std::cmp::Reverse(extent(axis)));
+        // A matrix is about as wide as the body has cells across its longest axis. Far beyond the limit the order need not be known.
+        let across = cells.len() / extent(axes[0]);
+        if across * across / 16 > self.widest_direct {
+            self.direct = false;
+            return;
+        }
         self.slot_of_row.clear();
         self.slot_of_row.extend(0..cells.len() as u32);
         self.slot_of_row.sort_unstable_by_key(|&slot| {
@@ -612,7 +670,7 @@ impl Topology {
         self.find_first_columns();
         let width = |(row, &first): (usize, &u32)| row - first as usize;
         let square_widths: usize = self.first_column.iter().enumerate().map(|row| width(row).pow(2)).sum();
-        self.direct = square_widths <= DIRECT_MEAN_SQUARE_WIDTH * cells.len().max(1);
+        self.direct = square_widths <= self.widest_direct.saturating_mul(cells.len().max(1));
     }
 
     /// Solves with the factor of the direct solver, for values by slot; `rows` is a work array.
@@ -630,8 +688,8 @@ impl Topology {
         self.first_column.clear();
         self.first_column.extend(0..self.slot_of_row.len() as u32);
         for around in self.node_start.windows(2) {
-            let entries = &self.node_entries[around[0] as usize..around[1] as usize];
-            let rows = || entries.iter().map(|&e| self.row_of_slot[e as usize / self.stencil_len]);
+            let slots = &self.node_slots[around[0] as usize..around[1] as usize];
+            let rows = || slots.iter().map(|&slot| self.row_of_slot[slot as usize]);
             let first = rows().min().unwrap_or(0);
             for row in rows() {
                 let column = &mut self.first_column[row as usize];
@@ -641,8 +699,15 @@ impl Topology {
     }
 
     /// The entries (slot × stencil length + local node) that meet at the active node number `i`.
+    #[inline]
     fn cells_of_node(&self, i: usize) -> &[u32] {
         &self.node_entries[self.node_start[i] as usize..self.node_start[i + 1] as usize]
+    }
+
+    /// The slots of these entries.
+    #[inline]
+    fn slots_of_node(&self, i: usize) -> &[u32] {
+        &self.node_slots[self.node_start[i] as usize..self.node_start[i + 1] as usize]
     }
 
     /// K_vᵀ of a nodal field, for one cell.
@@ -660,13 +725,10 @@ impl Topology {
         pressure: &[f64],
         nodal: &mut [Vector<D>],
     ) {
-        for (i, &node) in at.active.nodes().iter().enumerate() {
-            nodal[node as usize] = self
-                .cells_of_node(i)
-                .iter()
-                .map(|&e| divergence[e as usize] * pressure[e as usize / self.stencil_len])
-                .sum();
-        }
+        nodal::set(at.active.nodes(), nodal, |i, _| {
+            let around = self.cells_of_node(i).iter().zip(self.slots_of_node(i));
+            around.map(|(&entry, &slot)| divergence[entry as usize] * pressure[slot as usize]).sum()
+        });
     }
 }
 
@@ -694,35 +756,10 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
         cells: &mut CellFields,
         nodes: &mut NodeFields<D>,
     ) -> Result<PressureReport, PressureError> {
-        self.update_topology(at);
-        self.sum_particles(at, particles);
-        fill_boxes(self.quadrature, at, particles, &mut self.boxes);
-        if self.quadrature == Quadrature::MaterialPoints {
-            at.transfer.divergence_of_particles(at.grid, at.active, particles, &mut self.divergence);
+        match at.active.cells().len() > GRAIN {
+            true => parallel::within_pool(|| self.solve_step(at, particles, cells, nodes)),
+            false => self.solve_step(at, particles, cells, nodes),
         }
-        self.measure_faces(at);
-        self.checkerboard.measure(|slot| self.cells[slot].storage);
-        self.relax_nodes(at, nodes);
-        if self.topology.direct {
-            self.factorize(at)?;
-        }
-        for (pressure, &cell) in self.solution.iter_mut().zip(at.active.cells()) {
-            *pressure = cells.pressure_old[cell as usize];
-        }
-        let mut iterations = 0;
-        if !at.damping.is_off() {
-            iterations += self.damp(at, cells, nodes)?;
-        }
-        iterations += self.solve_for_pressures(at, cells, nodes)?;
-
-        for (slot, &cell) in at.active.cells().iter().enumerate() {
-            cells.pressure[cell as usize] = self.solution[slot];
-        }
-        self.force_out_of_balance(at, nodes);
-        nodes.forces_to_accelerations(at.active);
-        let flow =
-            |&(slot, conductance, gravity): &(u32, f64, f64)| conductance * self.solution[slot as usize] + gravity;
-        Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })
     }
 
     fn cells_to_particles(&mut self, at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>) {

@@ -29,7 +29,7 @@ impl<const D: usize> FilledBox<D> {
     }
 }
 
-/// Fills `boxes` with one box per active cell.
+/// Fills `boxes` with one box per active cell; `surface` are the sides without material beyond.
 ///
 /// With [`Quadrature::Cell`] (the paper) it is the whole cell. With [`Quadrature::MaterialPoints`] it reaches to every
 /// side with material beyond, and to the boxes of the cell's own particles where there is none.
@@ -37,51 +37,88 @@ pub(super) fn fill_boxes<const D: usize>(
     quadrature: Quadrature,
     at: &StepView<D>,
     particles: &Particles<D>,
+    surface: &Surface,
     boxes: &mut Vec<FilledBox<D>>,
 ) {
     boxes.clear();
-    for &cell in at.active.cells() {
+    boxes.extend(at.active.cells().iter().map(|&cell| {
         let lower = at.grid.cell_origin(cell as usize);
-        boxes.push(FilledBox { lower, upper: lower + at.grid.spacing() });
+        FilledBox { lower, upper: lower + at.grid.spacing() }
+    }));
+    if quadrature == Quadrature::MaterialPoints {
+        shrink_boxes(at, particles, surface, boxes);
     }
-    if quadrature == Quadrature::Cell {
-        return;
-    }
-    // Sides towards empty cells or the end of the grid start from the opposite side and grow with the particles.
-    for (slot, &cell) in at.active.cells().iter().enumerate() {
-        let whole = boxes[slot];
-        for side in Side::all::<D>() {
-            let beyond = at.grid.neighbor(cell as usize, side).and_then(|other| at.active.slot(other));
-            if beyond.is_none() {
-                let (corner, opposite) = match side.upper {
-                    true => (&mut boxes[slot].upper, whole.lower),
-                    false => (&mut boxes[slot].lower, whole.upper),
-                };
-                corner[side.axis] = opposite[side.axis];
+}
+
+/// The sides of the active cells without material beyond.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Surface {
+    /// Slots and sides.
+    pub(super) sides: Vec<(u32, Side)>,
+    /// Whether a cell has such a side, by slot.
+    is_at: Vec<bool>,
+}
+
+impl Surface {
+    /// Finds the sides.
+    pub(super) fn rebuild<const D: usize>(&mut self, at: &StepView<D>) {
+        let size = at.active.cells().len();
+        self.is_at.clear();
+        self.is_at.resize(size, false);
+        self.sides.clear();
+        // As many as so many cells can have, wherever they are.
+        self.sides.reserve(2 * D * size);
+        for (slot, &cell) in at.active.cells().iter().enumerate() {
+            for side in Side::all::<D>() {
+                if at.grid.neighbor(cell as usize, side).and_then(|other| at.active.slot(other)).is_none() {
+                    self.sides.push((slot as u32, side));
+                    self.is_at[slot] = true;
+                }
             }
         }
     }
-    for p in 0..particles.len() {
-        let cell = particles.cell[p] as usize;
-        let Some(slot) = at.active.slot(cell) else { continue };
-        let cell_lower = at.grid.cell_origin(cell);
+}
+
+/// Makes the boxes at the surface as small as their particles.
+fn shrink_boxes<const D: usize>(
+    at: &StepView<D>,
+    particles: &Particles<D>,
+    surface: &Surface,
+    boxes: &mut [FilledBox<D>],
+) {
+    // Sides towards empty cells or the end of the grid start from the opposite side and grow with the particles.
+    let spacing = at.grid.spacing();
+    for &(slot, side) in &surface.sides {
+        let origin = at.grid.cell_origin(at.active.cells()[slot as usize] as usize);
+        let filled = &mut boxes[slot as usize];
+        match side.upper {
+            true => filled.upper[side.axis] = origin[side.axis],
+            false => filled.lower[side.axis] = origin[side.axis] + spacing[side.axis],
+        }
+    }
+    for (p, &cell) in particles.cell.iter().enumerate() {
+        let Some(slot) = at.active.slot(cell as usize) else { continue };
+        if !surface.is_at[slot] {
+            continue;
+        }
         let filled = &mut boxes[slot];
+        let (from, to) =
+            (particles.position[p] - particles.half_size[p], particles.position[p] + particles.half_size[p]);
+        let cell_lower = at.grid.cell_origin(cell as usize);
         for axis in 0..D {
-            let (low, high) = (cell_lower[axis], cell_lower[axis] + at.grid.spacing()[axis]);
-            let (from, to) = (
-                particles.position[p][axis] - particles.half_size[p][axis],
-                particles.position[p][axis] + particles.half_size[p][axis],
-            );
-            filled.lower[axis] = filled.lower[axis].min(from.max(low));
-            filled.upper[axis] = filled.upper[axis].max(to.min(high));
+            let (low, high) = (cell_lower[axis], cell_lower[axis] + spacing[axis]);
+            filled.lower[axis] = filled.lower[axis].min(from[axis].max(low));
+            filled.upper[axis] = filled.upper[axis].max(to[axis].min(high));
         }
     }
 }
 
 /// The smallest filled part of an active cell along an axis (–): 1 with [`Quadrature::Cell`].
 pub(super) fn smallest_fill<const D: usize>(quadrature: Quadrature, at: &StepView<D>, particles: &Particles<D>) -> f64 {
+    let mut surface = Surface::default();
+    surface.rebuild(at);
     let mut boxes = Vec::new();
-    fill_boxes(quadrature, at, particles, &mut boxes);
+    fill_boxes(quadrature, at, particles, &surface, &mut boxes);
     let parts = |filled: &FilledBox<D>| (filled.upper - filled.lower).component_mul(&at.grid.inverse_spacing()).min();
     boxes.iter().map(parts).fold(1.0, f64::min)
 }

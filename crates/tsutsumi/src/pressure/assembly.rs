@@ -1,0 +1,132 @@
+//! The entries of K_vᵀ (c/M) K_v, cell by cell.
+
+use std::ops::Range;
+
+use super::lattice::{Lattice, Offset, Place};
+use super::stencil_matrix::{Columns, GRAIN, StencilMatrix};
+use crate::parallel;
+use crate::tensor::Vector;
+
+/// What the entries are made of.
+#[derive(Clone, Copy)]
+pub(super) struct Parts<'a, const D: usize> {
+    pub(super) lattice: &'a Lattice,
+    /// The number of the cell at every site, [`NO_CELL`] where there is none.
+    pub(super) cell_of_site: &'a [u32],
+    /// The numbers along the axes of the first node of every cell's stencil, and its number.
+    pub(super) corners: &'a [(Place, u32)],
+    /// Distance of neighbouring nodes in their numbering.
+    pub(super) strides: [usize; D],
+    /// K_v of every cell, one stencil after the other.
+    pub(super) divergence: &'a [Vector<D>],
+    /// c/m of every node.
+    pub(super) compliance: &'a [Vector<D>],
+}
+
+/// Marks a site without a cell.
+pub(super) const NO_CELL: u32 = u32::MAX;
+
+/// Replaces the entries of a matrix by those of K_vᵀ (c/M) K_v, plus `own` of each cell on the diagonal, for stencils of `width` nodes per axis.
+pub(super) fn assemble<const D: usize>(
+    parts: Parts<D>,
+    width: usize,
+    own: impl Fn(usize) -> f64 + Sync,
+    matrix: &mut StencilMatrix<f64>,
+) {
+    // Nodes per stencil, entries per row.
+    match (D, width) {
+        (1, 2) => fill::<D, 2, 2, 2>(parts, own, matrix),
+        (1, 3) => fill::<D, 3, 3, 3>(parts, own, matrix),
+        (1, _) => fill::<D, 4, 4, 4>(parts, own, matrix),
+        (2, 2) => fill::<D, 2, 4, 5>(parts, own, matrix),
+        (2, 3) => fill::<D, 3, 9, 13>(parts, own, matrix),
+        (2, _) => fill::<D, 4, 16, 25>(parts, own, matrix),
+        (_, 2) => fill::<D, 2, 8, 14>(parts, own, matrix),
+        (_, 3) => fill::<D, 3, 27, 63>(parts, own, matrix),
+        (_, _) => fill::<D, 4, 64, 172>(parts, own, matrix),
+    }
+}
+
+fn fill<const D: usize, const W: usize, const L: usize, const N: usize>(
+    parts: Parts<D>,
+    own: impl Fn(usize) -> f64 + Sync,
+    matrix: &mut StencilMatrix<f64>,
+) {
+    let num_sites = parts.lattice.num_sites();
+    let (diagonal, upper) = matrix.entries_mut();
+    let mut columns: [&mut [f64]; N] = std::array::from_fn(|_| Default::default());
+    columns.iter_mut().zip(upper).for_each(|(column, upper)| *column = upper);
+    columns[N - 1] = diagonal;
+    let work = |(columns, sites): (Columns<N>, Range<usize>)| {
+        let Columns(mut columns) = columns;
+        parts.lattice.visit_runs(&sites, |run, from, len| {
+            for site in from..from + len {
+                let cell = parts.cell_of_site[site] as usize;
+                let pushed: [Vector<D>; L] = parts.push::<W, L>(cell);
+                let of_cell = &parts.divergence[cell * L..][..L];
+                let place = site - sites.start;
+                let energy: f64 = pushed.iter().zip(of_cell).map(|(a, b)| a.dot(b)).sum();
+                columns[N - 1][place] = own(cell) + energy;
+                for (column, offset) in columns.iter_mut().zip(parts.lattice.offsets()) {
+                    let neighbor = site.wrapping_add_signed(parts.lattice.shift(run, offset)[0]);
+                    column[place] = match parts.cell_of_site[neighbor] {
+                        NO_CELL => 0.0,
+                        other => parts.entry::<W, L>(cell, other as usize, offset, &pushed),
+                    };
+                }
+            }
+        });
+    };
+    parallel::for_each((Columns(columns), 0..num_sites), GRAIN, &work);
+}
+
+impl<const D: usize> Parts<'_, D> {
+    /// (c/M) K_v of one cell.
+    #[inline(always)]
+    fn push<const W: usize, const L: usize>(&self, cell: usize) -> [Vector<D>; L] {
+        let (_, first) = self.corners[cell];
+        let of_cell = &self.divergence[cell * L..][..L];
+        std::array::from_fn(|local| {
+            let mut rest = local;
+            let mut node = first as usize;
+            for stride in self.strides {
+                node += rest % W * stride;
+                rest /= W;
+            }
+            of_cell[local].component_mul(&self.compliance[node])
+        })
+    }
+
+    /// The product of two cells over the nodes that both touch. Stencils move on by one node per cell, but not where they would
+    /// reach beyond the grid.
+    #[inline(always)]
+    fn entry<const W: usize, const L: usize>(
+        &self,
+        cell: usize,
+        other: usize,
+        offset: &Offset,
+        pushed: &[Vector<D>; L],
+    ) -> f64 {
+        let apart: Place = std::array::from_fn(|axis| match W {
+            _ if axis >= D => 0,
+            2 => offset.to[axis],
+            _ => self.corners[other].0[axis] - self.corners[cell].0[axis],
+        });
+        let of_other = &self.divergence[other * L..][..L];
+        let shared = |axis: usize| {
+            let width = if axis < D { W as i32 } else { 1 };
+            apart[axis].max(0) as usize..(width + apart[axis].min(0)).max(0) as usize
+        };
+        let back = apart[0] + W as i32 * (apart[1] + W as i32 * apart[2]);
+        let mut sum = 0.0;
+        for z in shared(2) {
+            for y in shared(1) {
+                for x in shared(0) {
+                    let local = x + W * (y + W * z);
+                    sum += pushed[local].dot(&of_other[local.wrapping_add_signed(-back as isize)]);
+                }
+            }
+        }
+        sum
+    }
+}

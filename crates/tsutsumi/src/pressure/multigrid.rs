@@ -1,0 +1,369 @@
+//! A preconditioner whose work per cell and whose effect do not depend on the size of the grid.
+
+use std::ops::Range;
+
+use super::lattice::Lattice;
+use super::passage::Passage;
+use super::stencil_matrix::{GRAIN, StencilMatrix};
+use crate::parallel;
+
+/// Edge of the first blocks, in cells, and of the blocks of blocks.
+const FACTORS: [i32; 2] = [4, 2];
+
+/// The smoother damps the part of the spectrum above 1/this of its largest eigenvalue, on the grid and between blocks: what blocks of
+/// these edges cannot represent. By experiment; 6 to 20 differ by an iteration.
+const SMOOTHED_RANGE: [f64; 2] = [12.0, 6.0];
+
+/// The patterns in which pressures leave the volume change of full cells next to alone: smooth fields, and smooth fields times the signs
+/// (−1)^(i+j) of two axes.
+const PATTERNS: [&[u8]; 3] = [&[0], &[0, 0b011], &[0, 0b011, 0b101, 0b110]];
+
+/// One symmetric multigrid cycle.
+///
+/// # Equation
+///
+/// ```text
+/// B = 2S − S A S + Σ_q (1 − S A) P_q B_q P_qᵀ (1 − A S)
+/// ```
+///
+/// `S` is a Chebyshev polynomial of D⁻¹A, with two products, `P_q` the linear interpolation from blocks of cells times the signs of the
+/// pattern q, `B_q` the same cycle for the matrix of the blocks. It is positive definite whatever the matrices of the blocks are, as long
+/// as they are too.
+///
+/// On a full grid K_vᵀ M⁻¹ K_v couples a cell with those across its corners only: a chessboard of pressures costs as little as a uniform one, and
+/// each colour is a grid of its own. So blocks get an unknown for the smooth part and one for the chessboard (in 3-D one for that of each plane).
+/// The conductance ties the colours together; in the patterns it is a plain sum and difference, so each has a matrix of its own.
+///
+/// All is in single precision and scaled to a diagonal of ones: the preconditioner need not be exact, only the same for the whole solution.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Multigrid {
+    dimension: usize,
+    lattices: Vec<Lattice>,
+    passages: Vec<Passage>,
+    grid: Level,
+    blocks: Vec<Vec<Level>>,
+    row_sums: Vec<f64>,
+}
+
+/// The matrix of one level, scaled, and work arrays.
+#[derive(Debug, Clone, Default)]
+struct Level {
+    /// The matrix as it is; empty on the grid itself, whose matrix stands elsewhere.
+    matrix: StencilMatrix<f64>,
+    scaled: StencilMatrix<f32>,
+    /// √A_ii, its inverse (zero without a cell).
+    root: Vec<f32>,
+    inverse_root: Vec<f32>,
+    /// S r = c₀ r + c₁ Â r + c₂ Â² r.
+    smoother: [f32; 3],
+    right: Vec<f32>,
+    residual: Vec<f32>,
+    solution: Vec<f32>,
+    product: Vec<f32>,
+}
+
+/// A diagonal entry that is not positive, at a site.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct BadDiagonal {
+    pub(super) site: usize,
+    pub(super) value: f64,
+}
+
+impl Multigrid {
+    /// Makes the levels for a lattice.
+    pub(super) fn rebuild(&mut self, dimension: usize, lattice: &Lattice) {
+        self.dimension = dimension;
+        self.grid.resize(lattice);
+        self.row_sums.resize(lattice.num_sites(), 0.0);
+        let mut depth = 0;
+        loop {
+            let fine = if depth == 0 { lattice } else { &self.lattices[depth - 1] };
+            if fine.num_cells() <= 1 {
+                break;
+            }
+            if self.passages.len() == depth {
+                self.passages.push(Passage::default());
+                self.lattices.push(Lattice::default());
+            }
+            let factor = FACTORS[depth.min(1)];
+            let (finer, coarser) = self.lattices.split_at_mut(depth);
+            let fine = finer.last().unwrap_or(lattice);
+            self.passages[depth].rebuild(dimension, factor, fine, &mut coarser[0]);
+            depth += 1;
+        }
+        self.passages.truncate(depth);
+        self.lattices.truncate(depth);
+        self.blocks.resize_with(PATTERNS[dimension - 1].len(), Vec::new);
+        for levels in &mut self.blocks {
+            levels.resize_with(depth, Level::default);
+            for (level, lattice) in levels.iter_mut().zip(&self.lattices) {
+                level.resize(lattice);
+            }
+        }
+    }
+
+    /// Takes the values of a matrix.
+    ///
+    /// # Errors
+    /// The first diagonal entry that is not positive.
+    pub(super) fn measure(&mut self, lattice: &Lattice, matrix: &StencilMatrix<f64>) -> Result<(), BadDiagonal> {
+        self.grid.find_roots(lattice, matrix)?;
+        let patterns = PATTERNS[self.dimension - 1];
+        let bound = self.coarsen_grid(lattice, matrix, patterns);
+        self.grid.scale(lattice, matrix, bound, SMOOTHED_RANGE[0]);
+        for levels in &mut self.blocks {
+            for depth in 0..levels.len() {
+                let (finer, coarser) = levels.split_at_mut(depth + 1);
+                let (level, lattice) = (&mut finer[depth], &self.lattices[depth]);
+                let matrix = std::mem::take(&mut level.matrix);
+                let row_sums = &mut self.row_sums[..lattice.num_sites()];
+                level.find_roots(lattice, &matrix)?;
+                let bound = sum_rows(lattice, &matrix, 0, row_sums);
+                if let Some(coarser) = coarser.first_mut() {
+                    let coarse = &self.lattices[depth + 1];
+                    coarser.matrix.resize(coarse);
+                    self.passages[depth + 1].coarsen(lattice, &matrix, row_sums, 0, coarse, &mut coarser.matrix);
+                }
+                level.scale(lattice, &matrix, bound, SMOOTHED_RANGE[1]);
+                level.matrix = matrix;
+            }
+        }
+        Ok(())
+    }
+
+    /// The matrices of the first blocks for every pattern; returns the bound of Gershgorin.
+    fn coarsen_grid(&mut self, lattice: &Lattice, matrix: &StencilMatrix<f64>, patterns: &[u8]) -> f64 {
+        let mut bound = 0.0;
+        for (&pattern, levels) in patterns.iter().zip(&mut self.blocks) {
+            bound = sum_rows(lattice, matrix, pattern, &mut self.row_sums);
+            if let (Some(level), Some(coarse), Some(passage)) =
+                (levels.first_mut(), self.lattices.first(), self.passages.first_mut())
+            {
+                level.matrix.resize(coarse);
+                passage.coarsen(lattice, matrix, &self.row_sums, pattern, coarse, &mut level.matrix);
+            }
+        }
+        bound
+    }
+
+    /// The residual, to be set before [`Multigrid::cycle`]: r/√A_ii by site.
+    pub(super) fn right_mut(&mut self) -> (&mut [f32], &[f32]) {
+        (&mut self.grid.right, &self.grid.inverse_root)
+    }
+
+    /// What [`Multigrid::cycle`] found, times √A_ii, and 1/√A_ii.
+    pub(super) fn solution(&self) -> (&[f32], &[f32]) {
+        (&self.grid.solution, &self.grid.inverse_root)
+    }
+
+    /// One cycle, from zero.
+    pub(super) fn cycle(&mut self, lattice: &Lattice) {
+        self.grid.smooth_from_zero(lattice);
+        if let Some(passage) = self.passages.first_mut() {
+            self.grid.find_residual(lattice);
+            let patterns = PATTERNS[self.dimension - 1];
+            let mut rights: [&mut [f32]; 4] = Default::default();
+            for (right, levels) in rights.iter_mut().zip(&mut self.blocks) {
+                *right = &mut levels[0].right;
+            }
+            passage.restrict(
+                lattice.runs(),
+                patterns,
+                &self.grid.residual,
+                &self.grid.root,
+                &mut rights[..patterns.len()],
+            );
+            let (lattices, passages) = (&self.lattices, &mut self.passages);
+            for levels in &mut self.blocks {
+                levels[0].scale_right();
+                cycle_blocks(lattices, &mut passages[1..], levels);
+                levels[0].unscale_solution();
+            }
+            let mut solutions: [&mut [f32]; 4] = Default::default();
+            for (solution, levels) in solutions.iter_mut().zip(&mut self.blocks) {
+                *solution = &mut levels[0].solution;
+            }
+            passages[0].prolong(
+                lattice.runs(),
+                patterns,
+                &mut solutions[..patterns.len()],
+                &self.grid.root,
+                &mut self.grid.solution,
+            );
+        }
+        self.grid.find_residual(lattice);
+        self.grid.smooth(lattice);
+    }
+}
+
+/// The cycle of the first of these levels, from zero.
+fn cycle_blocks(lattices: &[Lattice], passages: &mut [Passage], levels: &mut [Level]) {
+    let Some((level, coarser)) = levels.split_first_mut() else { return };
+    let Some((lattice, lattices)) = lattices.split_first() else { return };
+    let (Some((passage, passages)), Some(_)) = (passages.split_first_mut(), coarser.first()) else {
+        // A single block: the scaled matrix is 1.
+        level.solution.copy_from_slice(&level.right);
+        return;
+    };
+    level.smooth_from_zero(lattice);
+    level.find_residual(lattice);
+    passage.restrict(lattice.runs(), &[0], &level.residual, &level.root, &mut [&mut coarser[0].right]);
+    coarser[0].scale_right();
+    cycle_blocks(lattices, passages, coarser);
+    coarser[0].unscale_solution();
+    passage.prolong(lattice.runs(), &[0], &mut [&mut coarser[0].solution], &level.root, &mut level.solution);
+    level.find_residual(lattice);
+    level.smooth(lattice);
+}
+
+/// The coefficients of the polynomial S for which 1 − λ S(λ) is Chebyshev's of third degree on `least..=largest`: smallest there of all that
+/// are 1 at zero.
+///
+/// ```text
+/// 1 − λ S(λ) = T₃((θ − λ)/δ) / T₃(θ/δ)      T₃(y) = 4y³ − 3y      θ, δ: middle and half of the interval
+/// ```
+fn chebyshev(least: f64, largest: f64) -> [f64; 3] {
+    let (middle, half) = (0.5 * (largest + least), 0.5 * (largest - least));
+    let ratio = middle / half;
+    let scale = 1.0 / ((4.0 * ratio.powi(3) - 3.0 * ratio) * half);
+    [(12.0 * ratio * ratio - 3.0) * scale, -12.0 * ratio * scale / half, 4.0 * scale / (half * half)]
+}
+
+/// A x of all sites into `product`.
+fn multiply(matrix: &StencilMatrix<f32>, lattice: &Lattice, x: &[f32], product: &mut [f32]) {
+    let work = |(product, sites): (&mut [f32], Range<usize>)| matrix.multiply(lattice, sites, x, product);
+    parallel::for_each((product, 0..x.len()), GRAIN, &work);
+}
+
+/// [`StencilMatrix::sum_rows`] of all rows.
+fn sum_rows(lattice: &Lattice, matrix: &StencilMatrix<f64>, pattern: u8, sums: &mut [f64]) -> f64 {
+    let sites = 0..sums.len();
+    let work = |(sums, sites): (&mut [f64], Range<usize>)| matrix.sum_rows(lattice, sites, pattern, sums);
+    parallel::fold((sums, sites), GRAIN, &work, &f64::max)
+}
+
+impl Level {
+    fn resize(&mut self, lattice: &Lattice) {
+        self.scaled.resize(lattice);
+        self.scaled.forget_diagonal();
+        for work in [
+            &mut self.root,
+            &mut self.inverse_root,
+            &mut self.right,
+            &mut self.residual,
+            &mut self.solution,
+            &mut self.product,
+        ] {
+            work.clear();
+            work.resize(lattice.num_sites(), 0.0);
+        }
+    }
+
+    /// The square roots of the diagonal.
+    fn find_roots(&mut self, lattice: &Lattice, matrix: &StencilMatrix<f64>) -> Result<(), BadDiagonal> {
+        let work = |(root, inverse, sites): (&mut [f32], &mut [f32], Range<usize>)| {
+            let mut bad = None;
+            lattice.visit_runs(&sites, |_, from, len| {
+                for site in from..from + len {
+                    let value = matrix.diagonal()[site];
+                    if value <= 0.0 || value.is_nan() {
+                        bad = bad.or(Some(BadDiagonal { site, value }));
+                    }
+                    (root[site - sites.start], inverse[site - sites.start]) =
+                        (value.sqrt() as f32, (1.0 / value.sqrt()) as f32);
+                }
+            });
+            bad
+        };
+        let pieces = (&mut self.root[..], &mut self.inverse_root[..], 0..lattice.num_sites());
+        match parallel::fold(pieces, GRAIN, &work, &Option::or) {
+            Some(bad) => Err(bad),
+            None => Ok(()),
+        }
+    }
+
+    /// The scaled matrix D^(−½) A D^(−½), and the smoother for eigenvalues up to `bound`.
+    fn scale(&mut self, lattice: &Lattice, matrix: &StencilMatrix<f64>, bound: f64, range: f64) {
+        let inverse = &self.inverse_root;
+        let (_, scaled) = self.scaled.entries_mut();
+        for (number, (scaled, offset)) in scaled.iter_mut().zip(lattice.offsets()).enumerate() {
+            let entries = matrix.upper(number);
+            let work = |(scaled, sites): (&mut [f32], Range<usize>)| {
+                lattice.visit_runs(&sites, |run, from, len| {
+                    let neighbor = from.wrapping_add_signed(lattice.shift(run, offset)[0]);
+                    let scaled = &mut scaled[from - sites.start..][..len];
+                    let roots = inverse[from..][..len].iter().zip(&inverse[neighbor..][..len]);
+                    for ((scaled, &entry), (a, b)) in scaled.iter_mut().zip(&entries[from..][..len]).zip(roots) {
+                        *scaled = (entry * (f64::from(*a) * f64::from(*b))) as f32;
+                    }
+                });
+            };
+            parallel::for_each((&mut scaled[..], 0..lattice.num_sites()), GRAIN, &work);
+        }
+        self.smoother = chebyshev(bound / range, bound).map(|coefficient| coefficient as f32);
+    }
+
+    /// x = S b.
+    fn smooth_from_zero(&mut self, lattice: &Lattice) {
+        let Level { scaled, smoother: [c0, c1, c2], right, solution, product, .. } = self;
+        multiply(scaled, lattice, right, product);
+        let work = |(solution, sites): (&mut [f32], Range<usize>)| {
+            scaled.multiply(lattice, sites.clone(), product, solution);
+            for ((x, b), product) in solution.iter_mut().zip(&right[sites.clone()]).zip(&product[sites]) {
+                *x = *c0 * b + *c1 * product + *c2 * *x;
+            }
+        };
+        parallel::for_each((&mut solution[..], 0..right.len()), GRAIN, &work);
+    }
+
+    /// r = b − A x.
+    fn find_residual(&mut self, lattice: &Lattice) {
+        let Level { scaled, right, residual, solution, .. } = self;
+        let work = |(residual, sites): (&mut [f32], Range<usize>)| {
+            scaled.multiply(lattice, sites.clone(), solution, residual);
+            for (r, b) in residual.iter_mut().zip(&right[sites]) {
+                *r = b - *r;
+            }
+        };
+        parallel::for_each((&mut residual[..], 0..right.len()), GRAIN, &work);
+    }
+
+    /// x += S r. The right side is lost.
+    fn smooth(&mut self, lattice: &Lattice) {
+        let Level { scaled, smoother: [c0, c1, c2], residual, solution, right, product, .. } = self;
+        multiply(scaled, lattice, residual, product);
+        let work = |(square, solution, sites): (&mut [f32], &mut [f32], Range<usize>)| {
+            scaled.multiply(lattice, sites.clone(), product, square);
+            let products = product[sites.clone()].iter().zip(square);
+            for ((x, r), (product, square)) in solution.iter_mut().zip(&residual[sites]).zip(products) {
+                *x += *c0 * r + *c1 * product + *c2 * *square;
+            }
+        };
+        parallel::for_each((&mut right[..], &mut solution[..], 0..residual.len()), GRAIN, &work);
+    }
+
+    fn scale_right(&mut self) {
+        self.right.iter_mut().zip(&self.inverse_root).for_each(|(b, inverse)| *b *= inverse);
+    }
+
+    fn unscale_solution(&mut self) {
+        self.solution.iter_mut().zip(&self.inverse_root).for_each(|(x, inverse)| *x *= inverse);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// At the ends of the interval the polynomial is ±1/T₃(θ/δ), for 1..=9 with θ/δ = 5/4: T₃ = 4 (5/4)³ − 15/4 = 65/16.
+    #[test]
+    fn the_smoother_is_chebyshevs() {
+        let [c0, c1, c2] = chebyshev(1.0, 9.0);
+        let rest = |x: f64| 1.0 - x * (c0 + x * (c1 + x * c2));
+        for (x, expected) in
+            [(0.0, 1.0), (1.0, 16.0 / 65.0), (9.0, -16.0 / 65.0), (3.0, -16.0 / 65.0), (7.0, 16.0 / 65.0)]
+        {
+            assert!((rest(x) - expected).abs() < 1e-14, "{x}: {}", rest(x));
+        }
+    }
+}

@@ -1,0 +1,510 @@
+//! The way between a lattice and a coarser one.
+
+use std::ops::Range;
+
+use super::lattice::{Lattice, Parts, Place, Run};
+use super::stencil_matrix::{GRAIN, StencilMatrix};
+use crate::parallel;
+
+/// Blocks of `factor` cells per axis, each a cell of the coarser lattice, and the interpolation between the two.
+///
+/// Values are interpolated linearly between the centres of the blocks. At a block without cells stands the mean of the blocks around
+/// it, so that uniform fields stay uniform up to the edge of the body.
+#[derive(Debug, Clone, Default)]
+pub(super) struct Passage {
+    factor: i32,
+    dimension: usize,
+    /// The lines of blocks next to each run, and where its row of interpolated values is kept.
+    lines: Vec<Lines>,
+    row_bounds: Vec<usize>,
+    /// Where the sites of the runs start, and of the slabs of the coarser lattice.
+    run_bounds: Vec<usize>,
+    slabs: Vec<Slab>,
+    slab_bounds: Vec<usize>,
+    margin: Vec<MarginSite>,
+    margin_neighbors: Vec<u32>,
+    rows: Vec<f32>,
+    sums: Vec<BlockSums>,
+    /// Work arrays: the blocks, z first, and the coarse sites with cells.
+    blocks: Vec<[i32; 3]>,
+    has_cells: Vec<bool>,
+}
+
+/// The lines of blocks between which a run's values are interpolated.
+#[derive(Debug, Clone, Copy, Default)]
+struct Lines {
+    /// The block along x at which they start.
+    first: i32,
+    /// How many blocks of each take part.
+    len: usize,
+    /// The coarse site of each line's first block and its weight.
+    corners: [(u32, f32); 4],
+}
+
+/// The blocks with the same number along the last axis.
+#[derive(Debug, Clone, Copy)]
+struct Slab {
+    number: i32,
+    /// The runs that lie in it, and those that its values reach.
+    own: (u32, u32),
+    reached: (u32, u32),
+}
+
+/// A coarse site without cells, and its neighbours with cells.
+#[derive(Debug, Clone, Copy)]
+struct MarginSite {
+    site: u32,
+    neighbors: (u32, u32),
+}
+
+/// What the cells of a block and those between it and its neighbours sum up to.
+#[derive(Debug, Clone, Copy, Default)]
+struct BlockSums {
+    mass: f64,
+    diagonal: f64,
+    /// By the number of the coarse offset.
+    edges: [f64; 13],
+}
+
+impl Passage {
+    /// Finds the blocks of `fine`, makes `coarse` the lattice of them.
+    pub(super) fn rebuild(&mut self, dimension: usize, factor: i32, fine: &Lattice, coarse: &mut Lattice) {
+        (self.dimension, self.factor) = (dimension, factor);
+        let mut blocks = std::mem::take(&mut self.blocks);
+        blocks.clear();
+        for run in fine.runs() {
+            let [from, to] = [run.place[0], run.place[0] + run.len as i32 - 1].map(|x| x.div_euclid(factor));
+            let [_, y, z] = run.place.map(|place| place.div_euclid(factor));
+            blocks.extend((from..=to).map(|x| [z, y, x]));
+        }
+        blocks.sort_unstable();
+        blocks.dedup();
+        coarse.rebuild(dimension, 1, blocks.iter().map(|&[z, y, x]| [x, y, z]));
+        self.blocks = blocks;
+        self.list_lines(fine, coarse);
+        self.list_slabs(fine, coarse);
+        self.list_margin(coarse);
+        self.rows.clear();
+        self.rows.resize(self.row_bounds.last().copied().unwrap_or(0), 0.0);
+        self.sums.clear();
+        self.sums.resize(coarse.num_sites(), BlockSums::default());
+    }
+
+    /// The block of a place along an axis, the next nearest one, and the weight of that.
+    fn between(&self, place: i32) -> (i32, i32, f32) {
+        let block = place.div_euclid(self.factor);
+        let from_center = (place.rem_euclid(self.factor) as f32 + 0.5) / self.factor as f32 - 0.5;
+        (block, block + if from_center > 0.0 { 1 } else { -1 }, from_center.abs())
+    }
+
+    fn list_lines(&mut self, fine: &Lattice, coarse: &Lattice) {
+        self.lines.clear();
+        self.row_bounds.clear();
+        self.row_bounds.push(0);
+        self.run_bounds.clear();
+        for run in fine.runs() {
+            let first = run.place[0].div_euclid(self.factor) - 1;
+            let last = (run.place[0] + run.len as i32 - 1).div_euclid(self.factor) + 1;
+            let len = (last - first + 1) as usize;
+            let mut corners = [(0, 0.0); 4];
+            for (number, corner) in corners[..self.num_corners()].iter_mut().enumerate() {
+                let along = |axis: usize, place: i32| match (axis < self.dimension, number >> (axis - 1) & 1) {
+                    (false, _) => (0, 1.0),
+                    (true, 0) => (self.between(place).0, 1.0 - self.between(place).2),
+                    (true, _) => (self.between(place).1, self.between(place).2),
+                };
+                let ((y, weight_y), (z, weight_z)) = (along(1, run.place[1]), along(2, run.place[2]));
+                // The margin of the coarser lattice holds the whole line.
+                *corner = (coarse.site([first, y, z]).unwrap_or(0) as u32, weight_y * weight_z);
+            }
+            self.lines.push(Lines { first, len, corners });
+            self.row_bounds.push(self.row_bounds.last().copied().unwrap_or(0) + 2 * len);
+            // The first part starts with the margin, the last one ends with it.
+            self.run_bounds.push(if self.run_bounds.is_empty() { 0 } else { run.site });
+        }
+        self.run_bounds.push(fine.num_sites());
+    }
+
+    fn num_corners(&self) -> usize {
+        1 << (self.dimension - 1)
+    }
+
+    fn list_slabs(&mut self, fine: &Lattice, coarse: &Lattice) {
+        self.slabs.clear();
+        self.slab_bounds.clear();
+        let (factor, dimension) = (self.factor, self.dimension);
+        // Across the last axis; a line is one slab.
+        let height = |place: Place| if dimension == 1 { 0 } else { place[dimension - 1] };
+        let runs_below = |limit: i32| fine.runs().partition_point(|run| height(run.place) < limit) as u32;
+        coarse.visit_sites(|site, place| {
+            let number = height(place);
+            if self.slabs.last().is_none_or(|slab| slab.number != number) {
+                let start = number * factor;
+                let own = (runs_below(start), runs_below(start + factor));
+                let reached = (runs_below(start - factor / 2), runs_below(start + factor + factor / 2));
+                self.slab_bounds.push(site);
+                self.slabs.push(Slab { number, own, reached });
+            }
+        });
+        self.slab_bounds.push(coarse.num_sites());
+    }
+
+    fn list_margin(&mut self, coarse: &Lattice) {
+        self.margin.clear();
+        self.margin_neighbors.clear();
+        let mut has_cells = std::mem::take(&mut self.has_cells);
+        has_cells.clear();
+        has_cells.resize(coarse.num_sites(), false);
+        for run in coarse.runs() {
+            has_cells[run.site..run.site + run.len].fill(true);
+        }
+        coarse.visit_sites(|site, [x, y, z]| {
+            if has_cells[site] {
+                return;
+            }
+            let first = self.margin_neighbors.len() as u32;
+            for (dz, dy, dx) in
+                (-1..=1).flat_map(|dz| (-1..=1).flat_map(move |dy| (-1..=1).map(move |dx| (dz, dy, dx))))
+            {
+                if let Some(neighbor) = coarse.site([x + dx, y + dy, z + dz])
+                    && has_cells[neighbor]
+                {
+                    self.margin_neighbors.push(neighbor as u32);
+                }
+            }
+            self.margin.push(MarginSite { site: site as u32, neighbors: (first, self.margin_neighbors.len() as u32) });
+        });
+        self.has_cells = has_cells;
+    }
+
+    /// Runs in a piece of a loop.
+    fn grain(&self) -> usize {
+        let runs = self.lines.len().max(1);
+        (GRAIN * runs / self.run_bounds.last().map_or(1, |&sites| sites.max(1))).max(1)
+    }
+
+    /// Adds to `fine` the values of the blocks, interpolated and multiplied by `scale`; `blocks` holds them for every pattern, and is
+    /// changed where there are no cells.
+    pub(super) fn prolong(
+        &mut self,
+        runs: &[Run],
+        patterns: &[u8],
+        blocks: &mut [&mut [f32]],
+        scale: &[f32],
+        fine: &mut [f32],
+    ) {
+        self.fill_margin(blocks);
+        let grain = self.grain();
+        let blocks: &[&mut [f32]] = blocks;
+        let Passage { factor, dimension, ref lines, ref row_bounds, ref run_bounds, ref mut rows, .. } = *self;
+        let work = |(fine, rows, numbers): (Parts<f32>, Parts<f32>, Range<usize>)| {
+            for ((number, fine), row) in numbers.zip(fine.each()).zip(rows.each()) {
+                let (run, lines) = (&runs[number], &lines[number]);
+                let (even, odd) = row.split_at_mut(lines.len);
+                interpolate_lines(&lines.corners[..1 << (dimension - 1)], run, patterns, blocks, even, odd);
+                let fine = &mut fine[run.site - run_bounds[number]..][..run.len];
+                let scale = &scale[run.site..][..run.len];
+                match factor {
+                    4 => expand::<4>(run, lines.first, even, odd, scale, fine),
+                    _ => expand::<2>(run, lines.first, even, odd, scale, fine),
+                }
+            }
+        };
+        let pieces = (Parts::new(run_bounds, fine), Parts::new(row_bounds, &mut rows[..]), 0..lines.len());
+        parallel::for_each(pieces, grain, &work);
+    }
+
+    /// The transpose of [`Passage::prolong`]: sums the values of the cells, multiplied by `scale`, for every pattern into `blocks`.
+    pub(super) fn restrict(
+        &mut self,
+        runs: &[Run],
+        patterns: &[u8],
+        fine: &[f32],
+        scale: &[f32],
+        blocks: &mut [&mut [f32]],
+    ) {
+        let grain = self.grain();
+        let Passage { factor, ref lines, ref row_bounds, ref mut rows, .. } = *self;
+        let work = |(rows, numbers): (Parts<f32>, Range<usize>)| {
+            for (number, row) in numbers.zip(rows.each()) {
+                let (run, lines) = (&runs[number], &lines[number]);
+                let (even, odd) = row.split_at_mut(lines.len);
+                let (fine, scale) = (&fine[run.site..][..run.len], &scale[run.site..][..run.len]);
+                match factor {
+                    4 => collect::<4>(run, lines.first, fine, scale, even, odd),
+                    _ => collect::<2>(run, lines.first, fine, scale, even, odd),
+                }
+            }
+        };
+        parallel::for_each((Parts::new(row_bounds, &mut rows[..]), 0..lines.len()), grain, &work);
+        for (&pattern, blocks) in patterns.iter().zip(blocks.iter_mut()) {
+            self.sum_lines(runs, pattern, blocks);
+        }
+        self.empty_margin(blocks);
+    }
+
+    /// Adds the rows of the runs to the lines of blocks around them.
+    fn sum_lines(&self, runs: &[Run], pattern: u8, blocks: &mut [f32]) {
+        let Passage { lines, row_bounds, rows, slabs, slab_bounds, .. } = self;
+        let work = |(blocks, numbers): (Parts<f32>, Range<usize>)| {
+            for (number, blocks) in numbers.zip(blocks.each()) {
+                let (slab, start) = (&slabs[number], slab_bounds[number]);
+                blocks.fill(0.0);
+                for run in slab.reached.0 as usize..slab.reached.1 as usize {
+                    let (even, odd) = rows[row_bounds[run]..row_bounds[run + 1]].split_at(lines[run].len);
+                    let (sign, sign_odd) = line_signs(&runs[run], pattern);
+                    for &(site, weight) in &lines[run].corners[..self.num_corners()] {
+                        let Some(place) = (site as usize).checked_sub(start).filter(|&place| place < blocks.len())
+                        else {
+                            continue;
+                        };
+                        let (even_weight, odd_weight) = (weight * sign, weight * sign_odd);
+                        let blocks = &mut blocks[place..][..even.len()];
+                        for ((block, even), odd) in blocks.iter_mut().zip(even).zip(odd) {
+                            *block += even_weight * even + odd_weight * odd;
+                        }
+                    }
+                }
+            }
+        };
+        parallel::for_each((Parts::new(slab_bounds, blocks), 0..slabs.len()), self.slab_grain(), &work);
+    }
+
+    fn slab_grain(&self) -> usize {
+        let fine = self.run_bounds.last().copied().unwrap_or(0).max(1);
+        (GRAIN * self.slabs.len().max(1) / fine).max(1)
+    }
+
+    /// Means of the blocks around, where there are no cells.
+    fn fill_margin(&self, blocks: &mut [&mut [f32]]) {
+        for blocks in blocks.iter_mut() {
+            for margin in &self.margin {
+                let neighbors = &self.margin_neighbors[margin.neighbors.0 as usize..margin.neighbors.1 as usize];
+                let sum: f32 = neighbors.iter().map(|&site| blocks[site as usize]).sum();
+                blocks[margin.site as usize] = sum / neighbors.len().max(1) as f32;
+            }
+        }
+    }
+
+    /// The transpose of [`Passage::fill_margin`].
+    fn empty_margin(&self, blocks: &mut [&mut [f32]]) {
+        for blocks in blocks.iter_mut() {
+            for margin in &self.margin {
+                let neighbors = &self.margin_neighbors[margin.neighbors.0 as usize..margin.neighbors.1 as usize];
+                let share = std::mem::take(&mut blocks[margin.site as usize]) / neighbors.len().max(1) as f32;
+                neighbors.iter().for_each(|&site| blocks[site as usize] += share);
+            }
+        }
+    }
+
+    /// The matrix between the blocks, for fields that follow a pattern: what cells of the same block have in common stays, and what pulls
+    /// cells of neighbouring blocks together acts between their centres.
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// Ā_II = Σ_{i∈I} Σ_j s_i s_j A_ij + Σ_J W_IJ      Ā_IJ = −W_IJ      W_IJ = max(0, −Σ_{i∈I, j∈J} s_i s_j A_ij d_ij / f)
+    /// ```
+    ///
+    /// `d_ij` is the distance of the cells (cells along the axis of the largest), `f` the edge of a block, `s` the pattern's signs. A field
+    /// that rises by g from cell to cell costs the same on both lattices: without d/f it would cost f times as much on the coarser.
+    ///
+    /// # Reference
+    ///
+    /// The factor: D. Braess (1995), Computing 55, 379–393, known from later texts.
+    pub(super) fn coarsen(
+        &mut self,
+        fine: &Lattice,
+        matrix: &StencilMatrix<f64>,
+        row_sums: &[f64],
+        pattern: u8,
+        coarse: &Lattice,
+        blocks: &mut StencilMatrix<f64>,
+    ) {
+        let grain = self.slab_grain();
+        let sources = Sources { fine, matrix, row_sums, pattern, factor: self.factor, coarse };
+        let Passage { slabs, slab_bounds, sums, .. } = self;
+        let work = |(sums, numbers): (Parts<BlockSums>, Range<usize>)| {
+            for (number, sums) in numbers.zip(sums.each()) {
+                let (slab, start) = (&slabs[number], slab_bounds[number]);
+                sums.fill(BlockSums::default());
+                for run in slab.own.0 as usize..slab.own.1 as usize {
+                    sources.sum_run(run, start, sums);
+                }
+            }
+        };
+        parallel::for_each((Parts::new(slab_bounds, &mut sums[..]), 0..slabs.len()), grain, &work);
+        fill_coarse(coarse, sums, blocks);
+    }
+}
+
+/// The signs of a pattern on a run: at even and at odd x.
+fn line_signs(run: &Run, pattern: u8) -> (f32, f32) {
+    let parity = |axis: usize| run.place[axis] & i32::from(pattern >> axis & 1);
+    let even = if (parity(1) ^ parity(2)) & 1 == 1 { -1.0 } else { 1.0 };
+    (even, if pattern & 1 == 1 { -even } else { even })
+}
+
+/// The values of the lines of blocks beside a run, for cells at even and at odd x.
+fn interpolate_lines(
+    corners: &[(u32, f32)],
+    run: &Run,
+    patterns: &[u8],
+    blocks: &[&mut [f32]],
+    even: &mut [f32],
+    odd: &mut [f32],
+) {
+    even.fill(0.0);
+    odd.fill(0.0);
+    for (&pattern, blocks) in patterns.iter().zip(blocks) {
+        let (sign, sign_odd) = line_signs(run, pattern);
+        for &(site, weight) in corners {
+            let line = &blocks[site as usize..][..even.len()];
+            for ((even, odd), block) in even.iter_mut().zip(odd.iter_mut()).zip(line) {
+                *even += weight * sign * block;
+                *odd += weight * sign_odd * block;
+            }
+        }
+    }
+}
+
+/// The weight of the nearest other block for the cell with this number within its block.
+#[inline(always)]
+fn outer_weight<const F: usize>(within: usize) -> f32 {
+    ((within as f32 + 0.5) / F as f32 - 0.5).abs()
+}
+
+/// Calls `visit(block's place in the row, number within the block, cell's place in the run)` for the cells of a run. With the numbers
+/// within whole blocks known at compile time, those turn into straight code.
+#[inline(always)]
+fn visit_cells<const F: usize>(run: &Run, first: i32, mut visit: impl FnMut(usize, usize, usize)) {
+    let mut within = run.place[0].rem_euclid(F as i32) as usize;
+    let mut block = (run.place[0].div_euclid(F as i32) - first) as usize;
+    let mut cell = 0;
+    while cell < run.len {
+        if within == 0 && cell + F <= run.len {
+            for number in 0..F {
+                visit(block, number, cell + number);
+            }
+            cell += F;
+        } else {
+            visit(block, within, cell);
+            (cell, within) = (cell + 1, within + 1);
+            if within < F {
+                continue;
+            }
+            within = 0;
+        }
+        block += 1;
+    }
+}
+
+/// Adds the interpolated values to a run's cells.
+#[inline(always)]
+fn expand<const F: usize>(run: &Run, first: i32, even: &[f32], odd: &[f32], scale: &[f32], fine: &mut [f32]) {
+    visit_cells::<F>(run, first, |block, within, cell| {
+        let row = if within % 2 == 0 { even } else { odd };
+        let outer = outer_weight::<F>(within);
+        let neighbor = if within < F / 2 { block - 1 } else { block + 1 };
+        fine[cell] += scale[cell] * ((1.0 - outer) * row[block] + outer * row[neighbor]);
+    });
+}
+
+/// The transpose of [`expand`].
+#[inline(always)]
+fn collect<const F: usize>(run: &Run, first: i32, fine: &[f32], scale: &[f32], even: &mut [f32], odd: &mut [f32]) {
+    even.fill(0.0);
+    odd.fill(0.0);
+    visit_cells::<F>(run, first, |block, within, cell| {
+        let row = if within % 2 == 0 { &mut *even } else { &mut *odd };
+        let outer = outer_weight::<F>(within);
+        let neighbor = if within < F / 2 { block - 1 } else { block + 1 };
+        let value = scale[cell] * fine[cell];
+        row[block] += (1.0 - outer) * value;
+        row[neighbor] += outer * value;
+    });
+}
+
+/// What the entries of the blocks' matrix are summed from.
+#[derive(Clone, Copy)]
+struct Sources<'a> {
+    fine: &'a Lattice,
+    matrix: &'a StencilMatrix<f64>,
+    row_sums: &'a [f64],
+    pattern: u8,
+    factor: i32,
+    coarse: &'a Lattice,
+}
+
+impl Sources<'_> {
+    /// Adds what the cells of a run give to their blocks; `sums` starts at the coarse site `start`.
+    fn sum_run(&self, number: usize, start: usize, sums: &mut [BlockSums]) {
+        let Run { place: [x, y, z], len, site, .. } = self.fine.runs()[number];
+        let [first, line_y, line_z] = [x, y, z].map(|place| place.div_euclid(self.factor));
+        // The margin of the coarser lattice holds all lines beside the run's.
+        let line = |to_y: i32, to_z: i32| self.coarse.site([first, line_y + to_y, line_z + to_z]).unwrap_or(start);
+        let own = line(0, 0) - start;
+        let of_x = |from: i32, to: i32| site + (from - x) as usize..site + (to - x) as usize;
+        for (block, from, to) in self.blocks(x, len) {
+            sums[own + block].mass += self.row_sums[of_x(from, to)].iter().sum::<f64>();
+            sums[own + block].diagonal += self.matrix.diagonal()[of_x(from, to)].iter().sum::<f64>();
+        }
+        for (entries, offset) in self.fine.offsets().iter().enumerate() {
+            let [dx, dy, dz] = offset.to;
+            let entries = self.matrix.upper(entries);
+            let sign = if offset.flips(self.pattern) { 1.0 } else { -1.0 };
+            let weight = sign * f64::from(offset.distance()) / f64::from(self.factor);
+            let to_y = (y + dy).div_euclid(self.factor) - line_y;
+            let to_z = (z + dz).div_euclid(self.factor) - line_z;
+            // A pair of blocks is kept by the lower of them: along x alone, or across, the neighbour may be that one.
+            let neighbors = [-1, 0, 1].map(|to_x| {
+                let number = to_x + 3 * to_y + 9 * to_z;
+                if number > 0 { (0, number as usize - 1) } else { (to_x as isize, (-number - 1).max(0) as usize) }
+            });
+            let below = if (to_z, to_y) < (0, 0) { line(to_y, to_z) - start } else { own };
+            for (block, from, to) in self.blocks(x, len) {
+                // The cells whose neighbour at this offset lies in the next block along x, and the others.
+                let edge = (first + block as i32) * self.factor;
+                let (across, within) = match dx > 0 {
+                    true => (from.max(edge + self.factor - dx).min(to)..to, from..to.min(edge + self.factor - dx)),
+                    false => (from..to.min(edge - dx), from.max(edge - dx).min(to)..to),
+                };
+                for (cells, to_x) in [(within, 0), (across, dx.signum())] {
+                    if cells.is_empty() || (to_x, to_y, to_z) == (0, 0, 0) {
+                        continue;
+                    }
+                    let (shift, edge) = neighbors[(to_x + 1) as usize];
+                    let sum: f64 = entries[of_x(cells.start, cells.end)].iter().sum();
+                    sums[(below + block).wrapping_add_signed(shift)].edges[edge] += weight * sum;
+                }
+            }
+        }
+    }
+
+    /// The blocks along x of a run's cells: number from the first on, first x, x after the last.
+    fn blocks(&self, x: i32, len: usize) -> impl Iterator<Item = (usize, i32, i32)> {
+        let (end, factor) = (x + len as i32, self.factor);
+        let first = x.div_euclid(factor);
+        let last = (end - 1).div_euclid(factor);
+        (first..=last)
+            .map(move |block| ((block - first) as usize, x.max(block * factor), end.min((block + 1) * factor)))
+    }
+}
+
+/// The matrix from the sums of the blocks.
+fn fill_coarse(coarse: &Lattice, sums: &[BlockSums], blocks: &mut StencilMatrix<f64>) {
+    let (diagonal, upper) = blocks.entries_mut();
+    for (number, run) in coarse.runs().iter().enumerate() {
+        for site in run.site..run.site + run.len {
+            // Something must remain where there is next to no water, and round-off or a short step leave nothing.
+            diagonal[site] += sums[site].mass.max(1e-6 * sums[site].diagonal);
+            for (edge, offset) in coarse.offsets().iter().enumerate() {
+                let pull = sums[site].edges[edge].max(0.0);
+                let [shift, _] = coarse.shift(number, offset);
+                upper[edge][site] = -pull;
+                diagonal[site] += pull;
+                diagonal[site.wrapping_add_signed(shift)] += pull;
+            }
+        }
+    }
+}

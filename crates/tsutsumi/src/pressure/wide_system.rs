@@ -1,0 +1,178 @@
+//! The pressure system of wide bodies: an assembled matrix, conjugate gradients, multigrid.
+
+use super::StepView;
+use super::assembly::{NO_CELL, Parts, assemble};
+use super::checkerboard::Checkerboard;
+use super::conjugate_gradient::{Breakdown, ConjugateGradient, System};
+use super::coupled::{Face, FaceFlow};
+use super::lattice::{Lattice, Place};
+use super::multigrid::Multigrid;
+use super::stencil_matrix::StencilMatrix;
+use super::tied::TiedCells;
+use crate::tensor::Vector;
+
+/// What the matrix is made of, by cell.
+pub(super) struct Contributions<'a, const D: usize> {
+    /// K_v of every cell, one stencil after the other.
+    pub(super) divergence: &'a [Vector<D>],
+    /// c/m of every node of the grid.
+    pub(super) compliance: &'a [Vector<D>],
+    pub(super) faces: &'a [Face],
+    pub(super) inner: &'a [FaceFlow],
+    /// Cells, conductances (and gravity flows) of drained sides.
+    pub(super) drains: &'a [(u32, f64, f64)],
+    pub(super) checkerboard: &'a Checkerboard,
+}
+
+/// The matrix on its lattice, and what solves with it.
+#[derive(Debug, Clone, Default)]
+pub(super) struct WideSystem {
+    lattice: Lattice,
+    cell_of_site: Vec<u32>,
+    site_of_cell: Vec<u32>,
+    places: Vec<Place>,
+    corners: Vec<(Place, u32)>,
+    width: usize,
+    matrix: StencilMatrix<f64>,
+    multigrid: Multigrid,
+    iteration: ConjugateGradient,
+    right: Vec<f64>,
+    solution: Vec<f64>,
+}
+
+/// The numbers along the axes, as a place.
+fn place<const D: usize>(index: [usize; D]) -> Place {
+    std::array::from_fn(|axis| if axis < D { index[axis] as i32 } else { 0 })
+}
+
+impl WideSystem {
+    /// Makes room for the active cells. `stencils` lists the nodes of each.
+    pub(super) fn rebuild<const D: usize>(&mut self, at: &StepView<D>, stencils: &[u32]) {
+        let stencil_len = at.transfer.stencil_len();
+        self.width = (1..stencil_len).find(|width| width.pow(D as u32) == stencil_len).unwrap_or(stencil_len);
+        let cells = at.active.cells();
+        self.places.clear();
+        self.places.extend(cells.iter().map(|&cell| place(at.grid.cell_index(cell as usize))));
+        let corner = |stencil: &[u32]| {
+            let mut rest = stencil[0] as usize;
+            let index = at.grid.cells().map(|count| {
+                let index = rest % (count + 1);
+                rest /= count + 1;
+                index
+            });
+            (place(index), stencil[0])
+        };
+        self.corners.clear();
+        self.corners.extend(stencils.chunks(stencil_len).map(corner));
+        self.lattice.rebuild(D, self.width as i32 - 1, self.places.iter().copied());
+        self.number_sites();
+        self.matrix.resize(&self.lattice);
+        self.multigrid.rebuild(D, &self.lattice);
+        self.iteration.resize(&self.lattice);
+        for work in [&mut self.right, &mut self.solution] {
+            work.clear();
+            work.resize(self.lattice.num_sites(), 0.0);
+        }
+    }
+
+    fn number_sites(&mut self) {
+        self.cell_of_site.clear();
+        self.cell_of_site.resize(self.lattice.num_sites(), NO_CELL);
+        self.site_of_cell.clear();
+        for run in self.lattice.runs() {
+            for number in 0..run.len {
+                self.cell_of_site[run.site + number] = (run.slot + number) as u32;
+                self.site_of_cell.push((run.site + number) as u32);
+            }
+        }
+    }
+
+    /// The sites of the cells, by slot.
+    pub(super) fn site_of_cell(&self) -> &[u32] {
+        &self.site_of_cell
+    }
+
+    /// The number of sites.
+    pub(super) fn num_sites(&self) -> usize {
+        self.lattice.num_sites()
+    }
+
+    /// Fills the matrix and prepares the preconditioner. `storage` gives C of a cell.
+    ///
+    /// # Errors
+    /// The slot and the entry where the diagonal is not positive.
+    pub(super) fn measure<const D: usize>(
+        &mut self,
+        at: &StepView<D>,
+        of: &Contributions<D>,
+        storage: impl Fn(usize) -> f64 + Sync,
+    ) -> Result<(), (usize, f64)> {
+        let parts = Parts {
+            lattice: &self.lattice,
+            cell_of_site: &self.cell_of_site,
+            corners: &self.corners,
+            strides: at.grid.node_strides(),
+            divergence: of.divergence,
+            compliance: of.compliance,
+        };
+        assemble(parts, self.width, storage, &mut self.matrix);
+        self.add_flow(of);
+        let Self { lattice, matrix, multigrid, .. } = self;
+        multigrid.measure(lattice, matrix).map_err(|bad| (lattice.slot(bad.site), bad.value))
+    }
+
+    /// Adds the conductances and the stabilisation.
+    fn add_flow<const D: usize>(&mut self, of: &Contributions<D>) {
+        let Self { lattice, site_of_cell, places, matrix, .. } = self;
+        let (diagonal, upper) = matrix.entries_mut();
+        let site = |cell: u32| site_of_cell[cell as usize] as usize;
+        let number = |to: Place| lattice.offsets().iter().position(|offset| offset.to == to);
+        let along: [usize; D] =
+            std::array::from_fn(|axis| number(std::array::from_fn(|other| i32::from(other == axis))).unwrap_or(0));
+        for (&(lower, above, axis), &(conductance, _)) in of.faces.iter().zip(of.inner) {
+            diagonal[site(lower)] += conductance;
+            diagonal[site(above)] += conductance;
+            upper[along[axis as usize]][site(lower)] -= conductance;
+        }
+        for &(cell, conductance, _) in of.drains {
+            diagonal[site(cell)] += conductance;
+        }
+        of.checkerboard.visit_entries(|a, b, value| {
+            let (from, to) = (places[a as usize], places[b as usize]);
+            if a == b {
+                diagonal[site(a)] += value;
+            } else if let Some(offset) = number(std::array::from_fn(|axis| to[axis] - from[axis])) {
+                upper[offset][site(a)] += value;
+            }
+        });
+    }
+
+    /// Solves for `solution`, by slot, starting from what it holds. Returns the number of iterations.
+    ///
+    /// # Errors
+    /// The breakdown; its `site` is a slot.
+    pub(super) fn solve(
+        &mut self,
+        ties: &[TiedCells],
+        right: &[f64],
+        solution: &mut [f64],
+    ) -> Result<usize, Breakdown> {
+        let Self { lattice, matrix, multigrid, iteration, .. } = self;
+        lattice.spread(right, &mut self.right);
+        lattice.spread(solution, &mut self.solution);
+        let system = System { lattice, matrix, ties };
+        let iterations =
+            iteration.solve(system, multigrid, &self.right, &mut self.solution).map_err(
+                |breakdown| match breakdown {
+                    Breakdown::Indefinite { site, quotient } => {
+                        Breakdown::Indefinite { site: lattice.slot(site), quotient }
+                    }
+                    Breakdown::NotConverged { site, iterations, residual } => {
+                        Breakdown::NotConverged { site: lattice.slot(site), iterations, residual }
+                    }
+                },
+            )?;
+        lattice.gather(&self.solution, solution);
+        Ok(iterations)
+    }
+}
