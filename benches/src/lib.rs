@@ -1,0 +1,11 @@
+//! What a step costs: the ground on which speeds are measured, ours and those of other programs.
+//!
+//! | program | what it measures |
+//! |---|---|
+//! | `cargo run --release -p tsutsumi-benches --bin throughput` | particle-steps per second of one block of ground |
+//! | `python3 benches/peers/compare.py` | the same block with other programs, in turns |
+//! | `cargo bench -p tsutsumi-benches --bench step` | steps of many kinds, with criterion |
+//! | `cargo bench -p tsutsumi-benches --bench laws` | an update of each law |
+
+pub mod block;
+pub mod laws;
