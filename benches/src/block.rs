@@ -162,6 +162,7 @@ impl Block {
         let stress = if confined { Sym3::IDENTITY * -LOAD } else { Sym3::ZERO };
         let water = |level: f64| if self.saturated { WATER.density * GRAVITY * (1.0 - level) } else { 0.0 };
         let mut particles = Particles::default();
+        particles.reserve_exact((2 * cells).pow(D as u32));
         for cell in 0..cells.pow(D as u32) {
             for place in 0..1 << D {
                 let (mut rest, mut number) = (cell, place);

@@ -71,6 +71,9 @@ pub trait MaterialGroup: Send + Sync {
     /// The largest compression and shear wave moduli in the group (Pa), for the stresses of its particles.
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64);
 
+    /// The memory of the histories (bytes).
+    fn history_bytes(&self) -> usize;
+
     /// The names of the law's own output quantities.
     fn outputs(&self) -> &'static [&'static str];
 
@@ -146,6 +149,10 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
         self.states.iter().zip(stresses).fold((0.0, 0.0), |(p_wave, s_wave): (f64, f64), (state, &stress)| {
             (p_wave.max(self.law.p_wave_modulus(stress, state)), s_wave.max(self.law.s_wave_modulus(stress, state)))
         })
+    }
+
+    fn history_bytes(&self) -> usize {
+        self.states.capacity() * size_of::<L::State>()
     }
 
     fn outputs(&self) -> &'static [&'static str] {
