@@ -6,10 +6,9 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tsutsumi::law::{
-    ConstitutiveLaw, Group, Increment, LinearElastic, MaterialGroup, ModifiedCamClay, MohrCoulomb, OkaCyclic, Sanisand,
-};
+use tsutsumi::law::{ConstitutiveLaw, Group, Increment, LinearElastic, MaterialGroup, MohrCoulomb, OkaCyclic};
 use tsutsumi::tensor::Sym3;
+use tsutsumi_benches::laws::{CLAY, TOYOURA};
 
 /// Points in a call: a block of the solver.
 const POINTS: usize = 64;
@@ -52,41 +51,8 @@ fn laws(criterion: &mut Criterion) {
         softening_strain: 0.0,
     };
     bench_law(criterion, "mohr-coulomb", mohr_coulomb);
-    let cam_clay = ModifiedCamClay {
-        critical_state_ratio: 1.2,
-        lambda: 0.2,
-        kappa: 0.05,
-        poisson: Some(0.3),
-        shear_modulus: None,
-        void_ratio: 1.0,
-        preconsolidation_pressure: 0.0,
-        overconsolidation_ratio: 1.0,
-    };
-    bench_law(criterion, "modified-cam-clay", cam_clay);
-    // Toyoura sand, materials/toyoura-sanisand.toml.
-    let sanisand = Sanisand {
-        void_ratio: 0.8,
-        atmospheric_pressure: 101e3,
-        shear_modulus_number: 125.0,
-        poisson: 0.05,
-        critical_stress_ratio: 1.25,
-        extension_ratio: 0.712,
-        critical_void_ratio: 0.934,
-        critical_slope: 0.019,
-        critical_exponent: 0.7,
-        yield_opening: 0.01,
-        hardening_number: 7.05,
-        hardening_void_ratio: 0.968,
-        bounding_exponent: 1.1,
-        dilatancy_number: 0.704,
-        dilatancy_exponent: 3.5,
-        fabric_limit: 4.0,
-        fabric_rate: 600.0,
-        residual_pressure: 1000.0,
-        sub_step_tolerance: 1e-4,
-        smallest_sub_step: 1e-6,
-    };
-    bench_law(criterion, "sanisand", sanisand);
+    bench_law(criterion, "modified-cam-clay", CLAY);
+    bench_law(criterion, "sanisand", TOYOURA);
     // Set A of the book's page.
     let oka = OkaCyclic {
         void_ratio: 0.8,

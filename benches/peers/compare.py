@@ -144,8 +144,8 @@ def main():
     rows = [row for row in ROWS if options.only in row[0]]
     if options.smoke:
         options.rounds = 1
-        rows = [(name, dimension, 1000, 20, *rest) for name, dimension, _, _, *rest in rows]
-    speeds = {threads: bandwidth(threads, 8 if options.smoke else 512) for threads in options.threads}
+        rows = [(name.split(",")[0] + ", smoke", dimension, 1000, 20, *rest) for name, dimension, _, _, *rest in rows]
+    speeds = {threads: bandwidth(threads, 512) for threads in options.threads}
     print(f"{processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} at the start; {options.rounds} rounds")
     print("Bandwidth (triad): " + ", ".join(f"{speed:.1f} GB/s with {threads}" for threads, speed in speeds.items()))
     print()
