@@ -74,7 +74,8 @@ int main(int argc, char **argv) {
         q->x[0] = (i + PADDING + .25 + .5 * (k / 2)) / cells, q->x[1] = (j + PADDING + .25 + .5 * (k % 2)) / cells;
         q->volume = .25 / (cells * cells), q->mass = DENSITY * q->volume;
       }
-  double rate = measure(step), velocity = 0, stress = 0;
+  Rates rates = measure(step);
+  double velocity = 0, stress = 0;
   for (long p = 0; p < count; p++) velocity += particles[p].v[1], stress += particles[p].s[1];
-  report("C, particle by particle", rate, velocity, stress);
+  report("C, particle by particle", rates, velocity, stress);
 }

@@ -81,7 +81,8 @@ int main(int argc, char **argv) {
       ground[c].x[1][k] = (c % cells + PADDING + .25 + .5 * (k % 2)) / cells;
       ground[c].volume[k] = .25 / (cells * cells), ground[c].mass[k] = DENSITY * ground[c].volume[k];
     }
-  double rate = measure(step), velocity = 0, stress = 0;
+  Rates rates = measure(step);
+  double velocity = 0, stress = 0;
   for (long c = 0; c < cells * cells; c++)
     for (int k = 0; k < 4; k++) {
       const Cell *q = ground + c;
@@ -91,5 +92,5 @@ int main(int argc, char **argv) {
         return 1;
       }
     }
-  report("C, by cell", rate, velocity, stress);
+  report("C, by cell", rates, velocity, stress);
 }

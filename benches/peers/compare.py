@@ -7,7 +7,8 @@
     python3 benches/peers/compare.py --smoke         # a block of a few particles: do all programs agree?
 
 The Python programs are installed into target/peers. A ratio is taken within a round, in which every program runs once: what slows the machine down for a
-while slows all of them down. The table has the median of the ratios, and the smallest and largest.
+while slows all of them down. The table has the median of the ratios, and the smallest and largest; "per core" is per second of processor time, which other
+work on the machine disturbs less. It is measured on Linux only.
 """
 
 import argparse
@@ -37,6 +38,8 @@ ROWS = [
     ("3-D bspline2 + APIC, 1 M", 3, 1_000_000, 3, SPLINE, ["numba", "taichi"]),
     ("2-D GIMP, 1 M", 2, 1_000_000, 8, GIMP, ["tsutsumi-linear"]),
 ]
+# By the clock, and by what the program had of the processors.
+RATES = ["particle_steps_per_s", "particle_steps_per_cpu_s"]
 NAMES = {"c": "C, particle by particle", "c-by-cell": "C, by cell", "tsutsumi-linear": "ours, linear"}
 
 
@@ -96,31 +99,42 @@ def bandwidth(threads, mebibytes):
 
 
 def compare(row, threads, rounds, python, installed, speed):
-    """A line of the table for a row and a number of threads."""
+    """The lines of the table for a row and a number of threads."""
     others = [tool for tool in row[5] if tool not in PACKAGES or tool in installed]
     if threads > 1:
         others = [tool for tool in others if not tool.startswith("c")]
-    rates = {tool: [] for tool in ["tsutsumi", *others]}
+    runs = {tool: [] for tool in ["tsutsumi", *others]}
     for number in range(rounds):
         ours = run("tsutsumi", python, row, threads)
-        rates["tsutsumi"].append(ours["particle_steps_per_s"])
+        runs["tsutsumi"].append(ours)
         # Every other round backwards, so that no program is always the first after ours.
         for tool in others if number % 2 == 0 else others[::-1]:
             theirs = run(tool, python, row, threads)
             if tool != "tsutsumi-linear":
                 agree(row, ours, theirs)
-            rates[tool].append(theirs["particle_steps_per_s"])
-    median = statistics.median(rates["tsutsumi"])
-    cells = [row[0], threads, f"{median / 1e6:.2f}", f"{median / threads / 1e6:.2f}", f"{ours['bytes_per_particle']:.0f}"]
-    cells.append(f"{100 * ours['bytes_per_step'] * median / speed / 1e9:.0f} %")
-    compared = []
+            runs[tool].append(theirs)
+    wall, cpu = [median(runs["tsutsumi"], of) for of in RATES]
+    cells = [row[0], threads, f"{wall / 1e6:.2f}", f"{cpu / 1e6:.2f}", f"{ours['bytes_per_particle']:.0f}"]
+    cells.append(f"{100 * ours['bytes_per_step'] * wall / speed / 1e9:.0f} %")
     for tool in others:
-        ratios = [a / b for a, b in zip(rates["tsutsumi"], rates[tool])]
-        rate = statistics.median(rates[tool]) / 1e6
-        spread = f"{statistics.median(ratios):.2f} ({min(ratios):.2f}–{max(ratios):.2f})"
-        compared.append(f"{NAMES.get(tool, tool)} {rate:.2f}: {spread}")
-    cells.append("; ".join(compared))
-    print("| " + " | ".join(str(cell) for cell in cells) + " |", flush=True)
+        rates = " / ".join(f"{median(runs[tool], of) / 1e6:.2f}" for of in RATES)
+        line = [*cells, NAMES.get(tool, tool), rates, *(ratio(runs["tsutsumi"], runs[tool], of) for of in RATES)]
+        print("| " + " | ".join(str(cell) for cell in line) + " |", flush=True)
+        # Our own numbers stand in the first line only.
+        cells = [""] * len(cells)
+
+
+def known(rate):
+    return float("nan") if rate is None else rate
+
+
+def median(runs, of):
+    return statistics.median(known(run[of]) for run in runs)
+
+
+def ratio(ours, theirs, of):
+    ratios = [known(a[of]) / known(b[of]) for a, b in zip(ours, theirs)]
+    return f"{statistics.median(ratios):.2f} ({min(ratios):.2f}–{max(ratios):.2f})"
 
 
 def processor():
@@ -144,13 +158,13 @@ def main():
     rows = [row for row in ROWS if options.only in row[0]]
     if options.smoke:
         options.rounds = 1
-        rows = [(name.split(",")[0] + ", smoke", dimension, 1000, 20, *rest) for name, dimension, _, _, *rest in rows]
+        rows = [(name.split(",")[0] + ", smoke", dimension, 1000, 500, *rest) for name, dimension, _, _, *rest in rows]
     speeds = {threads: bandwidth(threads, 512) for threads in options.threads}
     print(f"{processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} at the start; {options.rounds} rounds")
     print("Bandwidth (triad): " + ", ".join(f"{speed:.1f} GB/s with {threads}" for threads, speed in speeds.items()))
     print()
-    print("| block | threads | ours, M/s | per core | bytes per particle | of bandwidth | others, M/s: ours / theirs |")
-    print("|---|---|---|---|---|---|---|")
+    print("| block | threads | ours, M/s | per core | bytes per particle | of bandwidth | other | M/s / per core | ours / theirs | per core |")
+    print("|" + "---|" * 10)
     for row in rows:
         for threads in options.threads:
             compare(row, threads, options.rounds, python, installed, speeds[threads])

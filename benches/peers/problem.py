@@ -47,16 +47,19 @@ class Problem:
         for _ in range(WARM):
             step()
         finish()
-        seconds = []
+        seconds, before = [], time.process_time()
         for _ in range(self.arguments.repeats):
             start = time.perf_counter()
             for _ in range(self.arguments.steps):
                 step()
             finish()
             seconds.append(time.perf_counter() - start)
+        cpu = time.process_time() - before
         velocity, stress = check()
+        steps, repeats = self.arguments.steps, self.arguments.repeats
         print(json.dumps({
             "tool": tool, "dim": self.dim, "shape": self.arguments.shape, "threads": self.threads, "particles": count,
-            "particle_steps_per_s": count * self.arguments.steps / statistics.median(seconds),
-            "check": {"total_steps": WARM + self.arguments.repeats * self.arguments.steps, "mean_v": velocity, "probe": stress},
+            "particle_steps_per_s": count * steps / statistics.median(seconds),
+            "particle_steps_per_cpu_s": count * steps * repeats / cpu,
+            "check": {"total_steps": WARM + repeats * steps, "mean_v": velocity, "probe": stress},
         }))

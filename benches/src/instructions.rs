@@ -9,8 +9,8 @@ use std::fmt;
 
 use serde::{Deserialize, Serialize};
 
-/// How far a count may rise above its baseline.
-pub const LIMIT: f64 = 0.03;
+/// How far a count may rise above its baseline (per cent).
+pub const LIMIT: u64 = 3;
 
 /// The instructions of every kernel.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
@@ -46,18 +46,15 @@ pub struct Verdict {
 }
 
 impl Verdict {
-    /// The relative change; zero for a new kernel.
-    fn relative(&self) -> f64 {
-        self.baseline.map_or(0.0, |baseline| self.now as f64 / baseline as f64 - 1.0)
-    }
-
     /// What became of the kernel.
     pub fn change(&self) -> Change {
-        match (self.baseline, self.relative()) {
-            (None, _) => Change::New,
-            (_, relative) if relative > LIMIT => Change::Slower,
-            (_, relative) if relative < -LIMIT => Change::Faster,
-            _ => Change::None,
+        let Some(baseline) = self.baseline else { return Change::New };
+        if self.now * 100 > baseline * (100 + LIMIT) {
+            Change::Slower
+        } else if self.now * 100 < baseline * (100 - LIMIT) {
+            Change::Faster
+        } else {
+            Change::None
         }
     }
 }
@@ -65,16 +62,17 @@ impl Verdict {
 impl fmt::Display for Verdict {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let Verdict { kernel, now, baseline } = self;
-        let baseline = baseline.map_or_else(|| "none".to_owned(), |count| count.to_string());
-        let percent = 100.0 * self.relative();
-        let limit = 100.0 * LIMIT;
-        let remark = match self.change() {
-            Change::None => String::new(),
-            Change::Slower => format!("  more than the {limit} % allowed"),
-            Change::Faster => "  faster: lower the baseline".to_owned(),
-            Change::New => "  new: add it to the baseline".to_owned(),
-        };
-        write!(f, "{kernel:<24} {now:>12} instructions, baseline {baseline:>12}, {percent:+.2} %{remark}")
+        write!(f, "{kernel:<24} {now:>12} instructions")?;
+        if let Some(baseline) = baseline {
+            let percent = 100.0 * (*now as f64 / *baseline as f64 - 1.0);
+            write!(f, ", baseline {baseline:>12}, {percent:+.2} %")?;
+        }
+        match self.change() {
+            Change::None => Ok(()),
+            Change::Slower => write!(f, ": more than the {LIMIT} % allowed"),
+            Change::Faster => write!(f, ": faster, lower the baseline"),
+            Change::New => write!(f, ": new, add it to the baseline"),
+        }
     }
 }
 
@@ -116,7 +114,7 @@ mod tests {
     #[test]
     fn a_verdict_names_the_kernel_and_both_counts() {
         let verdict = Verdict { kernel: "linear-2d".to_owned(), now: 1100, baseline: Some(1000) };
-        let expected = "linear-2d                        1100 instructions, baseline         1000, +10.00 %  more than the 3 % allowed";
+        let expected = "linear-2d                        1100 instructions, baseline         1000, +10.00 %: more than the 3 % allowed";
         assert_eq!(verdict.to_string(), expected);
     }
 

@@ -67,12 +67,13 @@ fn judge(counts: &Counts, baseline: &Counts) -> ExitCode {
     if same_compiler && verdicts.iter().any(slower) { ExitCode::FAILURE } else { ExitCode::SUCCESS }
 }
 
-/// The compiler's version and target.
+/// The compiler's version and target, and whether it was told of more than the target's plain instructions.
 fn compiler() -> Result<String, Box<dyn Error>> {
     let rustc = env::var_os("RUSTC").unwrap_or_else(|| "rustc".into());
     let said = String::from_utf8(Command::new(rustc).arg("-vV").output()?.stdout)?;
     let value = |key: &str| said.lines().find_map(|line| line.strip_prefix(key)).unwrap_or("unknown").trim().to_owned();
-    Ok(format!("rustc {} for {}", value("release:"), value("host:")))
+    let more = if cfg!(target_feature = "avx") { " with AVX" } else { "" };
+    Ok(format!("rustc {} for {}{more}", value("release:"), value("host:")))
 }
 
 fn count_all() -> Result<BTreeMap<String, u64>, Box<dyn Error>> {

@@ -54,11 +54,13 @@ fn measure<const D: usize>(arguments: &Arguments) -> Result<serde_json::Value, B
     advance(&mut solver, dt, WARM)?;
     let mut seconds = Vec::new();
     let mut iterations = 0;
+    let cpu_before = cpu_seconds();
     for _ in 0..arguments.repeats {
         let start = Instant::now();
         iterations += advance(&mut solver, dt, arguments.steps)?;
         seconds.push(start.elapsed().as_secs_f64());
     }
+    let cpu_taken = cpu_seconds().zip(cpu_before).map(|(after, before)| after - before);
     seconds.sort_by(f64::total_cmp);
     let median = seconds[seconds.len() / 2];
     let particles = solver.particles().len();
@@ -79,11 +81,23 @@ fn measure<const D: usize>(arguments: &Arguments) -> Result<serde_json::Value, B
         "bytes_per_particle": solver.memory().total() as f64 / particles as f64,
         "bytes_per_step": bytes_per_step::<D>(block),
         "particle_steps_per_s": rate(median),
+        "particle_steps_per_cpu_s": cpu_taken.map(|taken| (particles * timed) as f64 / taken),
         "rates": seconds.iter().map(|&seconds| rate(seconds)).collect::<Vec<_>>(),
         "ms_per_step": 1e3 * median / arguments.steps as f64,
         "pressure_iterations_per_step": iterations as f64 / timed as f64,
         "check": check(&solver),
     }))
+}
+
+/// What the threads of this program have had of the processors so far (s), where the system is a Linux.
+fn cpu_seconds() -> Option<f64> {
+    /// In these units (1/s), whatever the kernel.
+    const TICKS: f64 = 100.0;
+    let status = std::fs::read_to_string("/proc/self/stat").ok()?;
+    // After the name in brackets, which may hold blanks: time in the program, then in the kernel, are numbers 11 and 12 from 0.
+    let (_, numbers) = status.rsplit_once(')')?;
+    let times = numbers.split_whitespace().skip(11).take(2).map(str::parse::<f64>);
+    Some(times.sum::<Result<f64, _>>().ok()? / TICKS)
 }
 
 /// Steps, and the iterations of their pressure solves.

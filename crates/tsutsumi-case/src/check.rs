@@ -128,14 +128,19 @@ fn body_numbers(case: &Case, body: &crate::Body, modulus: f64, height: f64) -> B
     }
 }
 
-/// Memory that the pressure solve takes (bytes), about: it depends on the solver that it chooses.
+/// Memory that the pressure solve takes (bytes), about: without the matrix of the direct solver, which narrow grounds have.
 fn pressure_bytes<const D: usize>(nodes: usize, cells: usize, stencil: usize) -> usize {
+    let (vector, number, index) = (size_of::<Vector<D>>(), size_of::<f64>(), size_of::<u32>());
     // Relaxation, compliance and a work field; the cells around a node.
-    let of_node = 3 * size_of::<Vector<D>>() + size_of::<u32>();
-    // The divergence with its places; box, coefficients, faces, unknowns and work arrays.
-    let of_cell = stencil * (size_of::<Vector<D>>() + 2 * size_of::<u32>())
-        + 2 * size_of::<Vector<D>>()
-        + (12 + 3 * D) * size_of::<f64>();
+    let of_node = 3 * vector + index;
+    // The divergence with its places; box and coefficients; inner faces and sides that may open or drain; unknowns and work arrays.
+    let of_cell = stencil * (vector + 2 * index)
+        + 2 * vector
+        + 5 * number
+        + D * (2 * number + 3 * index)
+        + 2 * D * 6 * number
+        + 8 * number
+        + 3 * index;
     nodes * of_node + cells * of_cell
 }
 

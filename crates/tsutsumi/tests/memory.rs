@@ -1,5 +1,7 @@
 //! The memory that a body takes: within a budget, and as the solver says.
 
+#![allow(clippy::unwrap_used, reason = "a test reports by panicking")]
+
 use tsutsumi::law::ModifiedCamClay;
 use tsutsumi::shape::QuadraticBSpline;
 use tsutsumi::solver::Solver;
