@@ -6,9 +6,10 @@
 use std::hint::black_box;
 
 use criterion::{Criterion, criterion_group, criterion_main};
-use tsutsumi::law::{ConstitutiveLaw, Group, Increment, LinearElastic, MaterialGroup, ModifiedCamClay, MohrCoulomb};
+use tsutsumi::law::{ConstitutiveLaw, Group, Increment, LinearElastic, MaterialGroup, MohrCoulomb};
 use tsutsumi::tensor::Sym3;
-use tsutsumi_testkit::soils::{CYCLIC_SAND, MORIKAWA_ASAI_CLAY, TOYOURA_SAND};
+use tsutsumi_benches::laws::CLAY;
+use tsutsumi_testkit::soils::{CYCLIC_SAND, TOYOURA_SAND};
 
 /// Points in a call: a block of the solver.
 const POINTS: usize = 64;
@@ -51,8 +52,8 @@ fn laws(criterion: &mut Criterion) {
         softening_strain: 0.0,
     };
     bench_law(criterion, "mohr-coulomb", mohr_coulomb);
-    let normally_consolidated = ModifiedCamClay { preconsolidation_pressure: 0.0, ..MORIKAWA_ASAI_CLAY };
-    bench_law(criterion, "modified-cam-clay", normally_consolidated);
+
+    bench_law(criterion, "modified-cam-clay", CLAY);
     bench_law(criterion, "sanisand", TOYOURA_SAND);
     bench_law(criterion, "oka-cyclic", CYCLIC_SAND);
 }

@@ -201,6 +201,7 @@ fn fill_body<const D: usize>(
     let material = &case.materials[&body.material];
     let state = InitialState::new(source, case, gravity, index)?;
     let start = particles.len();
+    particles.reserve_exact(points.len());
     for &PointBox { position, half_size, .. } in &points {
         let level = position[D - 1];
         particles.push(Particle {

@@ -2,8 +2,8 @@
 
 use std::fmt;
 
-use tsutsumi::solver::StepLimits;
-use tsutsumi::tensor::{Sym3, Vector};
+use tsutsumi::solver::{Memory, StepLimits};
+use tsutsumi::tensor::Vector;
 
 use crate::build::build;
 use crate::fill::bounds;
@@ -29,8 +29,10 @@ pub struct CheckReport {
     pub cells: [usize; 2],
     /// Particles.
     pub particles: usize,
-    /// Estimated memory (bytes).
-    pub memory: usize,
+    /// Memory from step to step (bytes), with the particles' places at the start; without that of the pressure solve.
+    pub memory: Memory,
+    /// Estimated memory of the pressure solve (bytes); none in dry ground.
+    pub pressure_memory: Option<usize>,
     /// True when the case runs only with `--allow-unstable`.
     pub unstable: bool,
 }
@@ -82,6 +84,7 @@ fn check_in<const D: usize>(
     }
     let first = Steps::up_to(case.output.every.min(case.time.end), case, model);
     let grid = model.grid();
+    let (memory, places) = (model.memory(), model.particles().len() * size_of::<Vector<D>>());
     let numbers = |(index, body): (usize, &crate::Body)| {
         let group = &model.groups()[index];
         let (modulus, _) = group.wave_moduli(&model.particles().stress[group.particles()]);
@@ -97,9 +100,11 @@ fn check_in<const D: usize>(
         steps: (case.time.end / first.dt).round() as u64,
         cells: [grid.num_cells(), model.active().cells().len()],
         particles: model.particles().len(),
-        memory: model.particles().len() * bytes_per_particle::<D>()
-            + grid.num_nodes() * bytes_per_node::<D>()
-            + grid.num_cells() * bytes_per_cell::<D>(),
+        memory: Memory { particles: memory.particles + places, ..memory },
+        pressure_memory: case
+            .fluid
+            .as_ref()
+            .map(|_| pressure_bytes::<D>(grid.num_nodes(), model.active().cells().len(), 1 << D)),
         unstable,
     })
 }
@@ -123,22 +128,20 @@ fn body_numbers(case: &Case, body: &crate::Body, modulus: f64, height: f64) -> B
     }
 }
 
-/// Memory that a particle takes (bytes), with its place at the start for the displacements.
-pub fn bytes_per_particle<const D: usize>() -> usize {
-    let vectors = 4 * size_of::<Vector<D>>();
-    // Mass, volume, pressure, porosity, conductivity; cell and drained sides.
-    vectors + size_of::<Sym3>() + 5 * size_of::<f64>() + size_of::<u32>() + 1
-}
-
-/// Memory that a node takes (bytes).
-fn bytes_per_node<const D: usize>() -> usize {
-    // Fields of the step; the sums, relaxation and compliance of the pressure solve; activity; supports.
-    size_of::<f64>() + 8 * size_of::<Vector<D>>() + size_of::<u32>() * 2 + 2
-}
-
-/// Memory that a cell takes (bytes), with linear shape functions.
-fn bytes_per_cell<const D: usize>() -> usize {
-    (1 << D) * (size_of::<Vector<D>>() + 2 * size_of::<u32>()) + 12 * size_of::<f64>() + 2 * size_of::<Vector<D>>()
+/// Memory that the pressure solve takes (bytes), about: without the matrix of the direct solver, which narrow grounds have.
+fn pressure_bytes<const D: usize>(nodes: usize, cells: usize, stencil: usize) -> usize {
+    let (vector, number, index) = (size_of::<Vector<D>>(), size_of::<f64>(), size_of::<u32>());
+    // Relaxation, compliance and a work field; the cells around a node.
+    let of_node = 3 * vector + index;
+    // The divergence with its places; box and coefficients; inner faces and sides that may open or drain; unknowns and work arrays.
+    let of_cell = stencil * (vector + 2 * index)
+        + 2 * vector
+        + 5 * number
+        + D * (2 * number + 3 * index)
+        + 2 * D * 6 * number
+        + 8 * number
+        + 3 * index;
+    nodes * of_node + cells * of_cell
 }
 
 impl fmt::Display for CheckReport {
@@ -171,13 +174,38 @@ impl fmt::Display for CheckReport {
         writeln!(f, "\nsize")?;
         writeln!(f, "  {:<34} {} ({} with particles)", "cells", self.cells[0], self.cells[1])?;
         writeln!(f, "  {:<34} {}", "particles", self.particles)?;
-        let (size, unit) = match self.memory as f64 {
-            bytes if bytes < 1e6 => (bytes / 1024.0, "KiB"),
-            bytes if bytes < 1e9 => (bytes / 1024.0_f64.powi(2), "MiB"),
-            bytes => (bytes / 1024.0_f64.powi(3), "GiB"),
-        };
-        write!(f, "  {:<34} {size:.1} {unit}", "memory")
+        self.write_memory(f)
     }
+}
+
+impl CheckReport {
+    fn write_memory(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Memory { particles, histories, velocity_update, grid } = self.memory;
+        let of_each = |bytes: usize| format!("{:.0} B per particle", bytes as f64 / self.particles as f64);
+        let total = self.memory.total() + self.pressure_memory.unwrap_or(0);
+        writeln!(f, "  {:<34} {}, {}", "memory", size(total), of_each(total))?;
+        writeln!(f, "  {:<34} {}", "  particles", of_each(particles))?;
+        for (name, bytes) in [("  histories of the laws", histories), ("  velocity update", velocity_update)] {
+            if bytes > 0 {
+                writeln!(f, "  {name:<34} {}", of_each(bytes))?;
+            }
+        }
+        write!(f, "  {:<34} {}", "  grid", size(grid))?;
+        match self.pressure_memory {
+            Some(bytes) => write!(f, "\n  {:<34} {}, about", "  pressure solve", size(bytes)),
+            None => Ok(()),
+        }
+    }
+}
+
+/// A number of bytes in a unit that suits it.
+fn size(bytes: usize) -> String {
+    let (size, unit) = match bytes as f64 {
+        bytes if bytes < 1e6 => (bytes / 1024.0, "KiB"),
+        bytes if bytes < 1e9 => (bytes / 1024.0_f64.powi(2), "MiB"),
+        bytes => (bytes / 1024.0_f64.powi(3), "GiB"),
+    };
+    format!("{size:.1} {unit}")
 }
 
 fn write_limits(f: &mut fmt::Formatter<'_>, limits: &StepLimits) -> fmt::Result {

@@ -5,7 +5,7 @@ use std::error::Error;
 use tsutsumi::grid::{ActiveSet, CellFields, Grid};
 use tsutsumi::law::MaterialGroup;
 use tsutsumi::particles::Particles;
-use tsutsumi::solver::{Solver, StepLimits, StepReport};
+use tsutsumi::solver::{Memory, Solver, StepLimits, StepReport};
 use tsutsumi_reference::finite_elements::FiniteElements;
 
 /// A body that is advanced step by step and can be read.
@@ -48,6 +48,9 @@ pub trait Model<const D: usize> {
 
     /// The part of the velocities that the grid cannot see (–).
     fn unseen_velocity(&self) -> f64;
+
+    /// The memory that it keeps from step to step (bytes), without systems of equations.
+    fn memory(&self) -> Memory;
 }
 
 /// The accessors that both models have under the same name.
@@ -104,6 +107,10 @@ impl<const D: usize> Model<D> for Solver<D> {
         self.unseen_velocity()
     }
 
+    fn memory(&self) -> Memory {
+        self.memory()
+    }
+
     readings!();
 }
 
@@ -123,6 +130,12 @@ impl<const D: usize> Model<D> for FiniteElements<D> {
     /// The nodes carry the velocities: there is nothing else.
     fn unseen_velocity(&self) -> f64 {
         0.0
+    }
+
+    /// The fields of the nodes belong to the system of equations.
+    fn memory(&self) -> Memory {
+        let histories = self.groups().iter().map(|group| group.history_bytes()).sum();
+        Memory { particles: self.points().bytes(), histories, ..Memory::default() }
     }
 
     readings!();

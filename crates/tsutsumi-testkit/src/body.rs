@@ -426,6 +426,7 @@ impl<const D: usize, L: ConstitutiveLaw> Body<D, L> {
         let size = Vector::from_fn(|axis, _| (self.to - self.from)[axis] / counts[axis] as f64);
         let wet = if self.fluid.is_some() { 1.0 } else { 0.0 };
         let mut particles = Particles::default();
+        particles.reserve_exact(counts.iter().product());
         let place = |number: usize| {
             let mut rest = number;
             Vector::from_fn(|axis, _| {

@@ -382,6 +382,27 @@ impl CellFields {
     }
 }
 
+/// The memory of an array (bytes).
+pub(crate) fn vec_bytes<T>(array: &Vec<T>) -> usize {
+    array.capacity() * size_of::<T>()
+}
+
+impl<const D: usize> NodeFields<D> {
+    /// The memory of the fields (bytes), without the few nodes that move as one.
+    pub(crate) fn bytes(&self) -> usize {
+        let NodeFields { mass, mobility, velocity_old, velocity, acceleration, force, ties: _ } = self;
+        vec_bytes(mass) + [mobility, velocity_old, velocity, acceleration, force].map(vec_bytes).iter().sum::<usize>()
+    }
+}
+
+impl CellFields {
+    /// The memory of the fields (bytes).
+    pub(crate) fn bytes(&self) -> usize {
+        let CellFields { pressure, pressure_old, volume } = self;
+        [pressure, pressure_old, volume].map(vec_bytes).iter().sum()
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use super::*;

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::grid::{Grid, SideSet};
+use crate::grid::{Grid, SideSet, vec_bytes};
 use crate::parallel;
 use crate::tensor::{Sym3, Vector};
 
@@ -184,5 +184,45 @@ impl<const D: usize> Particles<D> {
     /// Kinetic energy Σ ½ M_p V_p² (J).
     pub fn kinetic_energy(&self) -> f64 {
         self.mass.iter().zip(&self.velocity).map(|(m, v)| 0.5 * m * v.norm_squared()).sum()
+    }
+}
+
+impl<const D: usize> Particles<D> {
+    /// Sets memory aside for `additional` particles, and not more.
+    pub fn reserve_exact(&mut self, additional: usize) {
+        self.position.reserve_exact(additional);
+        self.velocity.reserve_exact(additional);
+        self.mass.reserve_exact(additional);
+        self.volume.reserve_exact(additional);
+        self.half_size.reserve_exact(additional);
+        self.half_size_at_start.reserve_exact(additional);
+        self.stress.reserve_exact(additional);
+        self.pressure.reserve_exact(additional);
+        self.porosity.reserve_exact(additional);
+        self.conductivity.reserve_exact(additional);
+        self.drained.reserve_exact(additional);
+        self.cell.reserve_exact(additional);
+    }
+
+    /// The memory of all arrays (bytes). A new field cannot be forgotten here: it would not compile.
+    pub fn bytes(&self) -> usize {
+        let Particles {
+            position,
+            velocity,
+            mass,
+            volume,
+            half_size,
+            half_size_at_start,
+            stress,
+            pressure,
+            porosity,
+            conductivity,
+            drained,
+            cell,
+        } = self;
+        let vectors = [position, velocity, half_size, half_size_at_start].map(vec_bytes);
+        let numbers = [mass, volume, pressure, porosity, conductivity].map(vec_bytes);
+        let others = [vec_bytes(stress), vec_bytes(drained), vec_bytes(cell)];
+        vectors.iter().chain(&numbers).chain(&others).sum()
     }
 }

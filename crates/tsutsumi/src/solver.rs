@@ -3,6 +3,7 @@
 mod dilation;
 mod error;
 mod limits;
+mod memory;
 mod motion;
 mod stress_order;
 mod unseen;
@@ -11,6 +12,7 @@ mod viscosity;
 pub use dilation::VolumetricStrain;
 pub use error::StepError;
 pub use limits::{Governing, StepLimits};
+pub use memory::Memory;
 pub use stress_order::{NodalVelocity, Pass, StressFirst, StressLast, StressModifiedLast, StressOrder};
 
 use crate::boundary::Boundary;

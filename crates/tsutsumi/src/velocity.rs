@@ -67,4 +67,9 @@ pub trait VelocityUpdate<const D: usize>: Send + Sync {
         _particles: &mut Particles<D>,
     ) {
     }
+
+    /// The memory that the update carries from step to step (bytes), for so many particles and nodes. By default none.
+    fn bytes(&self, _particles: usize, _nodes: usize) -> usize {
+        0
+    }
 }

@@ -1,3 +1,5 @@
+use super::vec_bytes;
+
 /// The cells that hold particles and the nodes they touch, in ascending order, and the particles of each cell.
 ///
 /// An active cell also has a *slot*, its place among the active cells, for dense work arrays.
@@ -136,6 +138,15 @@ impl ActiveSet {
     /// Counts the rebuilds: work arrays made for one generation hold until the next.
     pub fn generation(&self) -> u64 {
         self.generation
+    }
+}
+
+impl ActiveSet {
+    /// The memory of the lists (bytes).
+    pub(crate) fn bytes(&self) -> usize {
+        let ActiveSet { cells, nodes, slot_of_cell, node_is_active, generation: _, particles, first_particle } = self;
+        let lists: usize = [cells, nodes, slot_of_cell, particles, first_particle].map(vec_bytes).iter().sum();
+        lists + vec_bytes(node_is_active)
     }
 }
 

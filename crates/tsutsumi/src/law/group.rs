@@ -283,6 +283,9 @@ pub trait MaterialGroup: Send + Sync {
     /// The largest compression and shear wave moduli in the group (Pa), for the stresses of its particles.
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64);
 
+    /// The memory of the histories (bytes).
+    fn history_bytes(&self) -> usize;
+
     /// The names of the law's own output quantities.
     fn outputs(&self) -> &'static [&'static str];
 
@@ -359,6 +362,10 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
             }
         }
         moduli
+    }
+
+    fn history_bytes(&self) -> usize {
+        self.states.capacity() * size_of::<L::State>()
     }
 
     fn outputs(&self) -> &'static [&'static str] {

@@ -47,6 +47,11 @@ impl Dilation {
         Dilation { rate: vec![0.0; len], volume: vec![0.0; len] }
     }
 
+    /// The memory of its fields (bytes).
+    pub(super) fn bytes(&self) -> usize {
+        (self.rate.capacity() + self.volume.capacity()) * size_of::<f64>()
+    }
+
     /// Sums the cells' means for these velocities of the nodes (m/s).
     pub(super) fn measure<const D: usize>(
         &mut self,

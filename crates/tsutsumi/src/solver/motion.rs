@@ -50,6 +50,16 @@ impl<const D: usize> Motion<D> {
         }
     }
 
+    /// The memory that grows with the particles (bytes).
+    pub(super) fn bytes_of_particles(&self) -> usize {
+        self.viscosity.bytes()
+    }
+
+    /// The memory that grows with the cells (bytes).
+    pub(super) fn bytes_of_cells(&self) -> usize {
+        self.dilation.bytes()
+    }
+
     /// Step 3: masses, velocities and the force of the effective stress at the nodes.
     pub(super) fn map(
         &mut self,

@@ -22,6 +22,11 @@ impl Viscosity {
         Viscosity { felt: if stiffness > 0.0 { stresses.to_vec() } else { Vec::new() } }
     }
 
+    /// The memory of its stresses (bytes).
+    pub(super) fn bytes(&self) -> usize {
+        self.felt.capacity() * size_of::<Sym3>()
+    }
+
     /// Puts the stress that the nodes feel in the particles' place; a second call puts back the particles' own, bit by bit.
     pub(super) fn swap(&mut self, stresses: &mut Vec<Sym3>) {
         if !self.felt.is_empty() {

@@ -58,4 +58,8 @@ impl<const D: usize> VelocityUpdate<D> for Apic<D> {
         self.moments.resize(particles.len(), Matrix::zeros());
         transfer.velocity_moments(grid, particles.places(), &nodes.velocity, &mut self.moments);
     }
+
+    fn bytes(&self, particles: usize, _nodes: usize) -> usize {
+        particles * size_of::<Matrix<D>>()
+    }
 }

@@ -63,4 +63,8 @@ impl<const D: usize> VelocityUpdate<D> for Fmpm<D> {
     ) {
         self.series.give_to_particles(grid, active, transfer, nodes, &nodes.velocity, particles);
     }
+
+    fn bytes(&self, _particles: usize, nodes: usize) -> usize {
+        Series::<D>::bytes(nodes)
+    }
 }

@@ -32,6 +32,11 @@ impl<const D: usize> Series<D> {
         Series { order, term: Vec::new(), seen: Vec::new(), sum: Vec::new() }
     }
 
+    /// The memory of the three fields for so many nodes (bytes).
+    pub(super) fn bytes(nodes: usize) -> usize {
+        3 * nodes * size_of::<Vector<D>>()
+    }
+
     /// V_p ← (S Σ_k (I − S⁺ S)^k v)_p for velocities v of the nodes (m/s): two passes over the particles for every order beyond
     /// the first.
     pub(super) fn give_to_particles(

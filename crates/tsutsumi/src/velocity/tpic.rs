@@ -75,4 +75,8 @@ impl<const D: usize> VelocityUpdate<D> for Tpic<D> {
             }
         }
     }
+
+    fn bytes(&self, particles: usize, _nodes: usize) -> usize {
+        particles * size_of::<Matrix<D>>()
+    }
 }

@@ -59,4 +59,8 @@ impl<const D: usize> VelocityUpdate<D> for Xpic<D> {
     ) {
         self.series.give_to_particles(grid, active, transfer, nodes, &nodes.velocity_old, particles);
     }
+
+    fn bytes(&self, _particles: usize, nodes: usize) -> usize {
+        Series::<D>::bytes(nodes)
+    }
 }
