@@ -7,6 +7,7 @@
 //! To write one, implement [`ConstitutiveLaw`]: two methods are required. `examples/my-law` is a complete one.
 
 mod bingham;
+mod closed_path;
 mod conductivity;
 mod drucker_prager;
 mod frictional;
@@ -32,6 +33,7 @@ pub mod substepping;
 mod von_mises;
 
 pub use bingham::{Bingham, BinghamState};
+pub use closed_path::ClosedPathWork;
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
 pub use drucker_prager::{Cone, DruckerPrager};
 pub use frictional::FrictionalState;
@@ -229,6 +231,13 @@ pub trait ConstitutiveLaw: Send + Sync + 'static {
     /// [`LawError::Parameter`] for the first one out of range.
     fn validate(&self) -> Result<(), LawError> {
         Ok(())
+    }
+
+    /// What the law promises of the work on closed paths of strain, with the parameters that it has.
+    ///
+    /// Without an implementation nothing is promised. `check_law` of the testkit holds a law to what it promises.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Any
     }
 
     /// The history of a material point that starts with this effective stress (Pa).

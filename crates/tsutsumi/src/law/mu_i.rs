@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{ConstitutiveLaw, LawError, LinearElastic};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError, LinearElastic};
 use crate::tensor::Sym3;
 
 /// Granular flow by the μ(I) rheology: friction that grows with the rate of shear. Dry grains, without cohesion.
@@ -128,6 +128,11 @@ impl ConstitutiveLaw for MuI {
 
     fn s_wave_modulus(&self, _stress: Sym3, _state: &MuIState) -> f64 {
         self.elasticity().shear_modulus()
+    }
+
+    /// Nothing: grains slide without opening, and a fall of the pressure between two slides wins work.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Any
     }
 
     fn validate(&self) -> Result<(), LawError> {

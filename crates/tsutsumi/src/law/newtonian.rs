@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::liquid_pressure::LiquidPressure;
-use super::{ConstitutiveLaw, Increment, LawError};
+use super::{ClosedPathWork, ConstitutiveLaw, Increment, LawError};
 use crate::tensor::{Sym3, volume_ratio};
 
 /// A Newtonian fluid that is hard to compress: water, oil. It stands where other laws give the effective stress, so its body has no pores:
@@ -89,6 +89,11 @@ impl ConstitutiveLaw for Newtonian {
 
     fn s_wave_modulus(&self, _stress: Sym3, _state: &NewtonianState) -> f64 {
         0.0
+    }
+
+    /// Without a duration there is the pressure alone, a function of the volume.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Zero
     }
 
     fn validate(&self) -> Result<(), LawError> {
