@@ -162,7 +162,7 @@ fn a_failing_law_names_the_particle<const D: usize>() {
     let mut solver = Body::<D>::layer(4.0, 1.0, 1).dry().law(Brittle(50e3)).velocity(rising).build();
     let error = first_error(&mut solver, 1e-3, 100);
     let time_now = solver.time();
-    let StepError::Law { material, particle, position, time, source } = error else { panic!("{error:?}") };
+    let StepError::Law { material, particle, position, time, question, source } = error else { panic!("{error:?}") };
     assert_eq!(material, "soil");
     assert_eq!(time, time_now);
     assert!((1.0..3.0).contains(&position[D - 1]), "{position:?}");
@@ -171,6 +171,10 @@ fn a_failing_law_names_the_particle<const D: usize>() {
     // It keeps its last good stress.
     let stress = solver.particles().stress[particle];
     assert!(stress.xx.max(stress.yy).max(stress.zz) <= 50e3, "{stress:?}");
+    // Asked again, the law fails again.
+    assert_eq!((question.stress, question.increment.duration), (stress, 1e-3));
+    let again = Brittle(50e3).deform(question.stress, (), &question.increment).unwrap_err();
+    assert_eq!(again, LawError::NotConverged { iterations: 25, residual });
 }
 
 #[test]

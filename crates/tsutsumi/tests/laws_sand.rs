@@ -4,7 +4,7 @@
 
 use tsutsumi::law::{ConstitutiveLaw, LawError, Pm4Sand, Sanisand};
 use tsutsumi::tensor::Sym3;
-use tsutsumi_testkit::law::{LawPath, check_law};
+use tsutsumi_testkit::law::LawPath;
 use tsutsumi_testkit::noise::Noise;
 
 /// Toyoura sand after Dafalias and Manzari (2004), as OpenSees' users have it.

@@ -22,7 +22,7 @@ use crate::tensor::Sym3;
 /// ```
 ///
 /// Viscosity therefore does not limit the step; √(G/ρ) does. J is the sum of the strain increments. Where it is larger than without
-/// pressure, p = 0, unless the fluid bears tension; shear stress stays. Without a duration (element tests) it flows at τ_y: von Mises.
+/// pressure, p = 0, unless the fluid bears tension; shear stress stays. Without a duration it flows at τ_y: von Mises.
 ///
 /// # Reference
 ///

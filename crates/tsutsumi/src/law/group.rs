@@ -1,6 +1,6 @@
 use std::ops::Range;
 
-use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Increment, LawError};
+use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Increment, LawError, differences};
 use crate::tensor::{Matrix6, Sym3, Vector, rotation};
 
 /// The outcome of a law over a block of particles.
@@ -8,9 +8,38 @@ use crate::tensor::{Matrix6, Sym3, Vector, rotation};
 pub struct BlockOutcome {
     /// Work of the effective stress, Σ V σ' : Δε (J).
     pub work: f64,
-    /// The first particle of the block whose law failed, counted from the start of the block, and why. Its stress and
-    /// history are those at the start of the step, turned with the material unless the law is one of finite strain.
-    pub failure: Option<(usize, LawError)>,
+    /// The first particle of the block whose law failed. Its stress and history are those at the start of the step, turned
+    /// with the material unless the law is one of finite strain.
+    pub failure: Option<Box<LawFailure>>,
+}
+
+/// A law that gave no answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawFailure {
+    /// The particle, counted from the start of the block.
+    pub particle: usize,
+    /// What the law was asked.
+    pub question: Question,
+    /// The law's reason.
+    pub source: LawError,
+}
+
+/// What a law was asked: with the history, which the group keeps ([`MaterialGroup::history`]), enough to ask it again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Question {
+    /// The effective stress at the start (Pa), turned with the material unless the law is one of finite strain.
+    pub stress: Sym3,
+    /// The motion, without the spin that stress and history have been turned by already.
+    pub increment: Increment,
+}
+
+impl Question {
+    /// What is left to ask after stress and history have been turned.
+    #[cold]
+    fn of<L: ConstitutiveLaw>(stress: Sym3, increment: &Increment) -> Self {
+        let spin = if L::FINITE_STRAIN { increment.spin } else { Vector::zeros() };
+        Question { stress, increment: Increment { spin, ..*increment } }
+    }
 }
 
 /// The particles of one material: its law and their histories.
@@ -28,6 +57,13 @@ impl<L: ConstitutiveLaw> Group<L> {
         let states = stresses.iter().map(|&stress| law.initial_state(stress)).collect();
         let conductivity_law = Box::new(ConstantConductivity);
         Group { name: name.into(), law, conductivity_law, states, particles }
+    }
+
+    /// The same group, all particles with this history in place of that of their stress.
+    #[must_use]
+    pub fn with_history(mut self, history: L::State) -> Self {
+        self.states.fill(history);
+        self
     }
 
     /// The same group with another law of the conductivity; it starts with a constant one.
@@ -60,13 +96,16 @@ pub trait MaterialGroup: Send + Sync {
         volumes: &[f64],
     ) -> BlockOutcome;
 
-    /// The stress (Pa) that a strain increment without spin would lead to, and the tangent there
-    /// ([`ConstitutiveLaw::tangent`]), for the group's particle number `particle`. Nothing is changed: implicit schemes try
-    /// increments before they accept one.
+    /// The stress (Pa) that a strain increment without spin would lead to within a duration (s), and the tangent there
+    /// ([`ConstitutiveLaw::tangent`], or central differences in a finite time), for the group's particle number `particle`.
+    /// Nothing is changed: implicit schemes try increments before they accept one.
     ///
     /// # Errors
     /// The law's.
-    fn trial(&self, particle: usize, stress: Sym3, strain: Sym3) -> Result<(Sym3, Matrix6), LawError>;
+    fn trial(&self, particle: usize, stress: Sym3, strain: Sym3, duration: f64) -> Result<(Sym3, Matrix6), LawError>;
+
+    /// The history of the group's particle number `particle`, to be written.
+    fn history(&self, particle: usize) -> &dyn erased_serde::Serialize;
 
     /// The largest compression and shear wave moduli in the group (Pa), for the stresses of its particles.
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64);
@@ -123,23 +162,33 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
                     *stress = new_stress;
                     *state = new_state;
                 }
-                Ok(_) if outcome.failure.is_none() => {
-                    outcome.failure = Some((p, LawError::NotFinite { strain: increment.strain }));
+                answer if outcome.failure.is_none() => {
+                    let source = answer.err().unwrap_or(LawError::NotFinite { strain: increment.strain });
+                    let question = Question::of::<L>(*stress, increment);
+                    outcome.failure = Some(Box::new(LawFailure { particle: p, question, source }));
                 }
-                Err(error) if outcome.failure.is_none() => outcome.failure = Some((p, error)),
                 _ => {}
             }
         }
         outcome
     }
 
-    fn trial(&self, particle: usize, stress: Sym3, strain: Sym3) -> Result<(Sym3, Matrix6), LawError> {
+    fn trial(&self, particle: usize, stress: Sym3, strain: Sym3, duration: f64) -> Result<(Sym3, Matrix6), LawError> {
         let state = self.states[particle];
-        let (new_stress, _) = self.law.update(stress, state, strain)?;
+        let update = |strain| Ok(self.law.update_within(stress, state, strain, duration)?.0);
+        let new_stress = update(strain)?;
         if !new_stress.is_finite() {
             return Err(LawError::NotFinite { strain });
         }
-        Ok((new_stress, self.law.tangent(stress, state, strain)?))
+        let tangent = match duration.is_infinite() {
+            true => self.law.tangent(stress, state, strain)?,
+            false => differences(update, strain)?,
+        };
+        Ok((new_stress, tangent))
+    }
+
+    fn history(&self, particle: usize) -> &dyn erased_serde::Serialize {
+        &self.states[particle]
     }
 
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64) {
@@ -188,8 +237,43 @@ mod tests {
             Increment { strain: Sym3::diagonal(f64::NAN, 0.0, 0.0), ..Default::default() },
         ];
         let outcome = group().update_block(0, &mut stresses, &increments, &[1.0; 2]);
-        assert!(matches!(outcome.failure, Some((1, LawError::NotFinite { .. }))));
+        let failure = outcome.failure.unwrap();
+        assert!(matches!(*failure, LawFailure { particle: 1, source: LawError::NotFinite { .. }, .. }), "{failure:?}");
         assert_eq!(stresses[1], Sym3::diagonal(-1.0, -1.0, -1.0));
         assert!((stresses[0].xx - (-1.0 + 1.2)).abs() < 1e-12);
+    }
+
+    /// A law that answers nothing but rest.
+    struct Mute;
+
+    impl ConstitutiveLaw for Mute {
+        type State = f64;
+
+        fn update(&self, stress: Sym3, state: f64, strain: Sym3) -> Result<(Sym3, f64), LawError> {
+            match strain == Sym3::ZERO {
+                true => Ok((stress, state)),
+                false => Err(LawError::NotConverged { iterations: 1, residual: strain.norm() }),
+            }
+        }
+
+        fn p_wave_modulus(&self, _: Sym3, _: &f64) -> f64 {
+            1.0
+        }
+    }
+
+    #[test]
+    fn what_a_law_was_asked_can_be_asked_again() {
+        let (old, strain) = (Sym3::diagonal(-10.0, -20.0, -30.0), Sym3::diagonal(1e-3, 0.0, 2e-3));
+        let increment = Increment { strain, spin: Vector::<3>::new(0.1, -0.2, 0.3), duration: 0.5 };
+        let mut group = Group::new("soil", Mute, 0..1, &[old]).with_history(7.0);
+        let failure = group.update_block(0, &mut [old], &[increment], &[1.0]).failure.unwrap();
+        // Turned already: there is no spin left to ask about.
+        let turned = old.rotated(&rotation(&increment.spin));
+        let left = Increment { spin: Vector::zeros(), ..increment };
+        assert_eq!(failure.question, Question { stress: turned, increment: left });
+        let Question { stress, increment } = failure.question;
+        let again = group.update_block(0, &mut [stress], &[increment], &[1.0]).failure.unwrap();
+        assert_eq!(again, failure);
+        assert_eq!(group.states, [7.0]);
     }
 }

@@ -24,7 +24,7 @@ use crate::tensor::Sym3;
 /// (τ − μ_s p) α = (μ_2 p − τ) (τ' − τ)        α = I₀ G Δt √(p/ρ_s) / d        s = s' τ/τ'
 /// ```
 ///
-/// In steady shear it gives μ(I) whatever the step. A step of any length without a duration (element tests, rates of zero) flows at μ_s:
+/// In steady shear it gives μ(I) whatever the step. A step of any length without a duration (rates of zero) flows at μ_s:
 /// Drucker–Prager friction without dilatancy.
 ///
 /// The equations of μ(I) flow are ill-posed at small and at large I (Barker et al. 2015): fields at these rates depend on the grid.

@@ -15,7 +15,7 @@ use crate::tensor::{Sym3, volume_ratio};
 ///
 /// The volume is that of the material point, J ← det(I + ∇u) J. Where it is larger than without pressure the fluid is apart and p = 0,
 /// unless it bears tension. Viscosity is explicit: steps have to stay below about ρ h²/(4 η), h the size of a cell, a limit that
-/// `step = "auto"` does not know. Without a duration (element tests) there is no viscous stress.
+/// `step = "auto"` does not know. Without a duration there is no viscous stress.
 ///
 /// # Reference
 ///

@@ -6,7 +6,7 @@ use crate::boundary::Boundary;
 use crate::damping::Damping;
 
 use crate::grid::{ActiveSet, Grid, NodeFields};
-use crate::law::{Increment, MaterialGroup};
+use crate::law::{Increment, LawFailure, MaterialGroup};
 use crate::particles::Particles;
 use crate::pressure::StepView;
 use crate::tensor::{Matrix, Vector, embed, volume_ratio};
@@ -119,11 +119,13 @@ impl<const D: usize> Motion<D> {
                     let outcome = group.update_block(start - all.start, stresses, increments, volumes);
                     viscosity.resist(block.clone(), stresses, at.damping.stiffness / at.dt);
                     *strain_energy += outcome.work;
-                    if let (None, Some((p, source))) = (&failure, outcome.failure) {
-                        let particle = start + p;
+                    if let (None, Some(failed)) = (&failure, outcome.failure) {
+                        let LawFailure { particle, question, source } = *failed;
+                        let (particle, question) = (start + particle, Box::new(question));
                         let position = particles.position[particle].iter().copied().collect();
                         let material = group.name().to_owned();
-                        failure = Some(StepError::Law { material, particle, position, time: at.time, source });
+                        failure =
+                            Some(StepError::Law { material, particle, position, time: at.time, question, source });
                     }
 
                     // 10. Volumes and pores.
