@@ -113,7 +113,7 @@ pub enum FiniteElementError {
         /// What the law was asked; the group still holds the history.
         question: Box<Question>,
         /// The law's reason.
-        source: LawError,
+        source: Box<LawError>,
     },
     /// A force or flow is infinite or not a number.
     #[error("at t = {time:.6} s a force is not finite: are the loads and the step?")]
@@ -350,7 +350,7 @@ impl<const D: usize> FiniteElements<D> {
                             question: Box::new(Question { stress: points.stress[p], increment }),
                             position: points.position[p].iter().copied().collect(),
                             time,
-                            source,
+                            source: Box::new(source),
                         }
                     })?;
                 self.trial_stress[p] = stress;

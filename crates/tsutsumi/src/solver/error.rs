@@ -32,7 +32,7 @@ pub enum StepError {
         /// What the law was asked; the group still holds the history.
         question: Box<Question>,
         /// The law's reason.
-        source: LawError,
+        source: Box<LawError>,
     },
     /// The grid is too narrow for the shape function.
     #[error("the grid has {cells} cell(s) along axis {axis}, but the shape function needs {needed}")]

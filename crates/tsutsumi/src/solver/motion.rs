@@ -121,7 +121,7 @@ impl<const D: usize> Motion<D> {
                     *strain_energy += outcome.work;
                     if let (None, Some(failed)) = (&failure, outcome.failure) {
                         let LawFailure { particle, question, source } = *failed;
-                        let (particle, question) = (start + particle, Box::new(question));
+                        let (particle, question, source) = (start + particle, Box::new(question), Box::new(source));
                         let position = particles.position[particle].iter().copied().collect();
                         let material = group.name().to_owned();
                         failure =
