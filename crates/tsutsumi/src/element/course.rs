@@ -108,7 +108,7 @@ impl Course {
         Ok(false)
     }
 
-    /// The state at `parameter`, or where on the way there the watched quantity reaches its target.
+    /// The state at the goal, or where on the way there the watched quantity reaches its target.
     fn find(&self, specimen: &Specimen, goal: Goal, watch: Option<(&Condition, f64)>) -> Result<Found, ElementError> {
         let solution = self.solve(specimen, goal)?;
         let hit = match watch {
@@ -138,7 +138,9 @@ impl Course {
         let (mut high, mut at_high) = (goal.parameter, value(&solution));
         let on_the_way = |parameter: f64| {
             let share = (parameter - self.parameter) / (goal.parameter - self.parameter);
-            Goal { parameter, duration: goal.duration * share }
+            // None of an infinite time would not be a number.
+            let duration = if goal.duration.is_finite() { goal.duration * share } else { f64::INFINITY };
+            Goal { parameter, duration }
         };
         let hit = |parameter: f64, solution: Solution| Ok(Some(Found { parameter, solution, is_hit: true }));
         if at_low * at_high > 0.0 {

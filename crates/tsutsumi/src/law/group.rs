@@ -33,12 +33,13 @@ pub struct Question {
     pub increment: Increment,
 }
 
-impl Question {
-    /// What is left to ask after stress and history have been turned.
+impl LawFailure {
+    /// With what is left to ask after stress and history have been turned.
     #[cold]
-    fn of<L: ConstitutiveLaw>(stress: Sym3, increment: &Increment) -> Self {
+    fn of<L: ConstitutiveLaw>(particle: usize, stress: Sym3, increment: &Increment, source: LawError) -> Box<Self> {
         let spin = if L::FINITE_STRAIN { increment.spin } else { Vector::zeros() };
-        Question { stress, increment: Increment { spin, ..*increment } }
+        let question = Question { stress, increment: Increment { spin, ..*increment } };
+        Box::new(LawFailure { particle, question, source })
     }
 }
 
@@ -162,10 +163,12 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
                     *stress = new_stress;
                     *state = new_state;
                 }
-                answer if outcome.failure.is_none() => {
-                    let source = answer.err().unwrap_or(LawError::NotFinite { strain: increment.strain });
-                    let question = Question::of::<L>(*stress, increment);
-                    outcome.failure = Some(Box::new(LawFailure { particle: p, question, source }));
+                Ok(_) if outcome.failure.is_none() => {
+                    let error = LawError::NotFinite { strain: increment.strain };
+                    outcome.failure = Some(LawFailure::of::<L>(p, *stress, increment, error));
+                }
+                Err(error) if outcome.failure.is_none() => {
+                    outcome.failure = Some(LawFailure::of::<L>(p, *stress, increment, error));
                 }
                 _ => {}
             }
