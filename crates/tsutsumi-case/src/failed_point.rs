@@ -49,11 +49,12 @@ fn asked(error: &(dyn Error + 'static)) -> Option<(usize, Question)> {
 
 /// A history as TOML: floats keep all their digits. Nothing for a law without a history.
 fn written(history: &dyn Serialize) -> Result<Option<toml::Value>, String> {
-    // What serde calls a unit is no value of TOML; JSON tells it from what cannot be written.
-    if serde_json::to_string(history).is_ok_and(|text| text == "null") {
-        return Ok(None);
+    match toml::Value::try_from(history) {
+        Ok(value) => Ok(Some(value)),
+        // What serde calls a unit is no value of TOML; JSON tells it from what cannot be written.
+        Err(_) if serde_json::to_string(history).is_ok_and(|text| text == "null") => Ok(None),
+        Err(error) => Err(format!("its history cannot be written as TOML: {error}")),
     }
-    toml::Value::try_from(history).map(Some).map_err(|error| format!("its history cannot be written as TOML: {error}"))
 }
 
 fn stage(question: Question) -> Stage {

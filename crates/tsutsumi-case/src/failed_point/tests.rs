@@ -207,6 +207,7 @@ fn a_later_run_takes_the_element_test_away() {
 fn histories_are_toml_or_the_reason_is_told() {
     assert_eq!(super::written(&()), Ok(None));
     assert_eq!(super::written(&0.1_f64), Ok(Some(toml::Value::Float(0.1))));
+    assert!(matches!(super::written(&f64::NAN), Ok(Some(toml::Value::Float(number))) if number.is_nan()));
     let error = super::written(&u64::MAX).unwrap_err();
     assert!(error.starts_with("its history cannot be written as TOML: "), "{error}");
 }
