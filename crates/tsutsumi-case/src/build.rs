@@ -41,7 +41,8 @@ pub fn build<const D: usize>(
         let material = &case.bodies[index].material;
         let Material { law, conductivity_law, .. } = &case.materials[material];
         let (place, particles) = (KeyPath::root().key("materials").key(material), body.particles.clone());
-        let request = MaterialRequest { source, place, name: material, conductivity_law, particles, stresses };
+        let request =
+            MaterialRequest { source, place, name: material, conductivity_law, particles, stresses, history: None };
         groups.push(registry.group(law, &request)?);
         bodies.push(body);
     }

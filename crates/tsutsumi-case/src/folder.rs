@@ -12,6 +12,7 @@ pub(crate) const HISTORY: &str = "history.csv";
 pub(crate) const MANIFEST: &str = "manifest.json";
 pub(crate) const PARTICLES: &str = "particles.pvd";
 pub(crate) const GRID: &str = "grid.pvd";
+pub(crate) const FAILED_POINT: &str = "failed-point.toml";
 /// The folders below, and how the names of a run's files in them begin.
 pub(crate) const FIELDS: &str = "fields";
 pub(crate) const FIGURES: &str = "figures";
@@ -111,7 +112,7 @@ fn case_name(path: &Path) -> String {
 
 /// The files in a folder that have the names of a run's.
 fn files_of_a_run(folder: &Path) -> io::Result<Vec<PathBuf>> {
-    let mut found: Vec<PathBuf> = [MANIFEST, CASE, HISTORY, PARTICLES, GRID]
+    let mut found: Vec<PathBuf> = [MANIFEST, CASE, HISTORY, PARTICLES, GRID, FAILED_POINT]
         .iter()
         .map(|name| folder.join(name))
         .filter(|path| path.exists())

@@ -22,6 +22,7 @@
 //! | [`model`], `fill`, [`build`], [`simulation`] | a case in motion |
 //! | [`mod@check`] | what follows from a case before it runs |
 //! | [`mod@run`], [`results`] | a run and what it leaves |
+//! | `failed_point` | an element test of a point whose law has failed |
 //! | [`study`] | variants against references: one table, figures |
 //! | [`element`] | element tests: one specimen in the laboratory |
 //! | [`calibration`] | parameters of a law from measured element tests |
@@ -33,6 +34,7 @@ pub mod check;
 mod deserializer;
 pub mod element;
 mod error;
+mod failed_point;
 pub mod figures;
 mod file_checks;
 mod file_kind;

@@ -98,6 +98,8 @@ pub(crate) struct MaterialRequest<'a> {
     pub(crate) conductivity_law: &'a str,
     pub(crate) particles: Range<usize>,
     pub(crate) stresses: &'a [Sym3],
+    /// Where a history stands that the particles begin with; without it they begin with that of their stress.
+    pub(crate) history: Option<KeyPath>,
 }
 
 impl Registry {
@@ -213,6 +215,10 @@ fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
     let (name, known) = (request.conductivity_law, conductivity_laws());
     let conductivity_law = choose(request.source, key, "law of the conductivity", name, known)?;
     let group = Group::new(request.name, law, request.particles.clone(), request.stresses);
+    let group = match &request.history {
+        Some(place) => group.with_history(request.source.parse_at(place)?),
+        None => group,
+    };
     Ok(Box::new(group.with_conductivity_law(conductivity_law)))
 }
 

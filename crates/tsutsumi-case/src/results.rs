@@ -8,7 +8,7 @@ use serde::Serialize;
 use tsutsumi::grid::Grid;
 use tsutsumi::tensor::Vector;
 
-use crate::folder::{CASE, FIELDS, FIGURES, GRID, HISTORY, MANIFEST, PARTICLES, claim, write_error};
+use crate::folder::{CASE, FAILED_POINT, FIELDS, FIGURES, GRID, HISTORY, MANIFEST, PARTICLES, claim, write_error};
 use crate::simulation::{Balances, Simulation};
 use crate::vtk::{Collection, Field, Lattice, VtkError, write_cells, write_points};
 use crate::{CaseSource, FigureError};
@@ -186,6 +186,13 @@ impl Results {
         self.grid.push(time, &grid)?;
         self.frames += 1;
         Ok(())
+    }
+
+    /// Writes the element test of a point whose law has failed; its path.
+    pub(crate) fn write_failed_point(&self, text: &str) -> Result<PathBuf, ResultsError> {
+        let path = self.folder.join(FAILED_POINT);
+        fs::write(&path, text).map_err(write_error(&path))?;
+        Ok(path)
     }
 
     /// Replaces the manifest; a reader never sees half of it.

@@ -4,6 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant, SystemTime, UNIX_EPOCH};
 
 use crate::build::build;
+use crate::failed_point::failed_point;
 use crate::pictures::{Snapshot, draw};
 use crate::results::{Host, Manifest, Outcome, Performance, Results, ResultsError};
 use crate::simulation::Simulation;
@@ -82,6 +83,8 @@ pub struct RunSummary {
     pub folder: PathBuf,
     /// How it ended.
     pub outcome: Outcome,
+    /// The element test of the point whose law has failed, if that has ended the run.
+    pub failed_point: Option<PathBuf>,
     /// The time reached (s).
     pub time: f64,
     /// What it cost.
@@ -142,6 +145,7 @@ fn run_in<const D: usize>(
         iterations: 0,
         pace: Pace::new(),
         beyond_limit: options.allow_unstable,
+        failed_point: None,
     };
     Ok(run.complete(observer)?)
 }
@@ -223,6 +227,8 @@ struct Run<'a, const D: usize> {
     iterations: u64,
     pace: Pace,
     beyond_limit: bool,
+    /// The element test of the point whose law has failed, or why there is none.
+    failed_point: Option<Result<String, String>>,
 }
 
 impl<const D: usize> Run<'_, D> {
@@ -232,6 +238,7 @@ impl<const D: usize> Run<'_, D> {
         let first = Steps::up_to(self.output_time(1), self.case, self.simulation.model());
         observer.started(self.results.folder(), &self.progress(first.dt));
         let outcome = self.run_outputs(observer)?;
+        let failed_point = self.write_failed_point(observer)?;
         self.write_manifest(&outcome)?;
         if self.case.output.figures {
             let last = Snapshot::take(&self.simulation);
@@ -240,9 +247,21 @@ impl<const D: usize> Run<'_, D> {
         Ok(RunSummary {
             folder: self.results.folder().to_owned(),
             outcome,
+            failed_point,
             time: self.simulation.model().time(),
             performance: self.performance(),
         })
+    }
+
+    fn write_failed_point(&self, observer: &mut dyn Observer) -> Result<Option<PathBuf>, ResultsError> {
+        match &self.failed_point {
+            Some(Ok(text)) => self.results.write_failed_point(text).map(Some),
+            Some(Err(reason)) => {
+                observer.warned(&format!("there is no element test of the point that has failed: {reason}"));
+                Ok(None)
+            }
+            None => Ok(None),
+        }
     }
 
     /// The time of output number `number` (s): the last one is the end.
@@ -297,7 +316,10 @@ impl<const D: usize> Run<'_, D> {
     fn step(&mut self, dt: f64, observer: &mut dyn Observer) -> Option<Outcome> {
         match self.simulation.model_mut().step(dt) {
             Ok(report) => self.iterations += report.pressure.iterations as u64,
-            Err(error) => return Some(Outcome::Failed(error.to_string())),
+            Err(error) => {
+                self.failed_point = failed_point(&*error, self.case, self.simulation.model());
+                return Some(Outcome::Failed(error.to_string()));
+            }
         }
         let is_time = self.pace.is_time(self.simulation.model().steps());
         (is_time && observer.advanced(&self.progress(dt)) == Wish::Stop).then_some(Outcome::Interrupted)

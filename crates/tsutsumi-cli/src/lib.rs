@@ -209,6 +209,9 @@ fn report(summary: &RunSummary, quiet: bool) -> u8 {
         }
         Outcome::Failed(reason) => {
             eprintln!("error: {reason}");
+            if let Some(path) = &summary.failed_point {
+                eprintln!("the point is kept as an element test: {}", path.display());
+            }
             RUN_FAILED
         }
     };

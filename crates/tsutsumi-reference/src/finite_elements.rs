@@ -16,7 +16,7 @@ use self::system::{Singular, System};
 use self::unknowns::Unknowns;
 use tsutsumi::boundary::Boundary;
 use tsutsumi::grid::{ActiveSet, CellFields, Grid, NodeFields};
-use tsutsumi::law::{Increment, LawError, MaterialGroup};
+use tsutsumi::law::{Increment, LawError, MaterialGroup, Question};
 use tsutsumi::particles::{OutsideGrid, Particles};
 use tsutsumi::pressure::{Fluid, PressureReport};
 use tsutsumi::shape::Linear;
@@ -104,12 +104,16 @@ pub enum FiniteElementError {
     Law {
         /// The name of the material.
         material: String,
-        /// The position of the Gauss point at the start (m).
+        /// The Gauss point.
+        point: usize,
+        /// Its position at the start (m).
         position: Vec<f64>,
         /// The time at the end of the step (s).
         time: f64,
+        /// What the law was asked; the group still holds the history.
+        question: Box<Question>,
         /// The law's reason.
-        source: LawError,
+        source: Box<LawError>,
     },
     /// A force or flow is infinite or not a number.
     #[error("at t = {time:.6} s a force is not finite: are the loads and the step?")]
@@ -337,14 +341,18 @@ impl<const D: usize> FiniteElements<D> {
             let range = group.particles();
             for p in range.clone() {
                 let strain = strain_of(&at_points[p]);
-                let (stress, tangent) = group.trial(p - range.start, points.stress[p], strain).map_err(|source| {
-                    FiniteElementError::Law {
-                        material: group.name().to_owned(),
-                        position: points.position[p].iter().copied().collect(),
-                        time,
-                        source,
-                    }
-                })?;
+                let (stress, tangent) =
+                    group.trial(p - range.start, points.stress[p], strain, f64::INFINITY).map_err(|source| {
+                        let increment = Increment { strain, ..Increment::default() };
+                        FiniteElementError::Law {
+                            material: group.name().to_owned(),
+                            point: p,
+                            question: Box::new(Question { stress: points.stress[p], increment }),
+                            position: points.position[p].iter().copied().collect(),
+                            time,
+                            source: Box::new(source),
+                        }
+                    })?;
                 self.trial_stress[p] = stress;
                 self.tangents[p] = tangent;
             }

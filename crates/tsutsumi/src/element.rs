@@ -6,7 +6,7 @@
 //!
 //! The axis of a triaxial test and the vertical of all others is z; simple shear is in the plane zx: horizontal planes slide along x.
 //! Components are positive in tension, as everywhere; the named quantities ([`Condition::MEAN_STRESS`] and the others) are those of soil
-//! mechanics, positive in compression. Stress is effective; time plays no part.
+//! mechanics, positive in compression. Stress is effective. Time plays no part unless an increment is given a duration.
 //!
 //! ```
 //! use tsutsumi::element::{Condition, Course, Drainage, Loading, Specimen};

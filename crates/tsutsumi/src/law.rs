@@ -8,6 +8,7 @@
 
 mod bingham;
 mod block;
+mod closed_path;
 mod conductivity;
 mod drucker_prager;
 mod frictional;
@@ -35,10 +36,11 @@ mod von_mises;
 pub use bingham::{Bingham, BinghamState};
 pub use block::IncrementBlock;
 pub(crate) use block::{BLOCK, LANES};
+pub use closed_path::ClosedPathWork;
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
 pub use drucker_prager::{Cone, DruckerPrager};
 pub use frictional::FrictionalState;
-pub use group::{BlockOutcome, Group, MaterialGroup};
+pub use group::{BlockOutcome, Group, LawFailure, MaterialGroup, Question};
 pub use hencky::Hencky;
 pub use left_cauchy_green::LeftCauchyGreen;
 pub use linear_elastic::LinearElastic;
@@ -234,6 +236,13 @@ pub trait ConstitutiveLaw: Send + Sync + 'static {
         Ok(())
     }
 
+    /// What the law promises of the work on closed paths of strain, with the parameters that it has.
+    ///
+    /// Without an implementation nothing is promised. `check_law` of the testkit holds a law to what it promises.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Any
+    }
+
     /// The history of a material point that starts with this effective stress (Pa).
     fn initial_state(&self, _stress: Sym3) -> Self::State {
         Self::State::default()
@@ -270,6 +279,11 @@ fn tangent_by_differences<L: ConstitutiveLaw + ?Sized>(
     state: L::State,
     strain: Sym3,
 ) -> Result<Matrix6, LawError> {
+    differences(|strain| Ok(law.update(stress, state, strain)?.0), strain)
+}
+
+/// The derivative of a stress (Pa) with respect to the strain, in Kelvin components, by central differences.
+fn differences(stress_at: impl Fn(Sym3) -> Result<Sym3, LawError>, strain: Sym3) -> Result<Matrix6, LawError> {
     // The cube root of the machine precision balances rounding and truncation of a central difference.
     let step = strain.to_kelvin().norm().max(1e-6) * f64::EPSILON.cbrt();
     let mut tangent = Matrix6::zeros();
@@ -277,8 +291,7 @@ fn tangent_by_differences<L: ConstitutiveLaw + ?Sized>(
         let mut direction = nalgebra::Vector6::zeros();
         direction[column] = step;
         let nudge = Sym3::from_kelvin(&direction);
-        let (forward, _) = law.update(stress, state, strain + nudge)?;
-        let (backward, _) = law.update(stress, state, strain - nudge)?;
+        let (forward, backward) = (stress_at(strain + nudge)?, stress_at(strain - nudge)?);
         tangent.set_column(column, &((forward - backward).to_kelvin() / (2.0 * step)));
     }
     Ok(tangent)

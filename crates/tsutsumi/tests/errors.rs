@@ -107,7 +107,8 @@ fn a_velocity_that_is_not_a_number_is_an_error<const D: usize>() {
     assert_eq!(cell[D - 1], 1, "{cell:?}");
     // Without water the first to notice is the law.
     let error = body().dry().build().step(1e-3).unwrap_err();
-    assert!(matches!(error, StepError::Law { source: LawError::NotFinite { .. }, .. }), "{error:?}");
+    let StepError::Law { source, .. } = error else { panic!("{error:?}") };
+    assert!(matches!(*source, LawError::NotFinite { .. }), "{source:?}");
 }
 
 #[test]
@@ -162,15 +163,19 @@ fn a_failing_law_names_the_particle<const D: usize>() {
     let mut solver = Body::<D>::layer(4.0, 1.0, 1).dry().law(Brittle(50e3)).velocity(rising).build();
     let error = first_error(&mut solver, 1e-3, 100);
     let time_now = solver.time();
-    let StepError::Law { material, particle, position, time, source } = error else { panic!("{error:?}") };
+    let StepError::Law { material, particle, position, time, question, source } = error else { panic!("{error:?}") };
     assert_eq!(material, "soil");
     assert_eq!(time, time_now);
     assert!((1.0..3.0).contains(&position[D - 1]), "{position:?}");
-    let LawError::NotConverged { iterations: 25, residual } = source else { panic!("{source:?}") };
+    let LawError::NotConverged { iterations: 25, residual } = *source else { panic!("{source:?}") };
     assert!(residual > 50e3, "{residual}");
     // It keeps its last good stress.
     let stress = solver.particles().stress[particle];
     assert!(stress.xx.max(stress.yy).max(stress.zz) <= 50e3, "{stress:?}");
+    // Asked again, the law fails again.
+    assert_eq!((question.stress, question.increment.duration), (stress, 1e-3));
+    let again = Brittle(50e3).deform(question.stress, (), &question.increment).unwrap_err();
+    assert_eq!(again, LawError::NotConverged { iterations: 25, residual });
 }
 
 #[test]

@@ -3,10 +3,11 @@
 #![allow(clippy::unwrap_used, clippy::panic, reason = "a test reports by panicking")]
 
 use tsutsumi::law::{
-    Cone, ConstitutiveLaw, DruckerPrager, FrictionalState, LawError, LinearElastic, MohrCoulomb, VonMises,
+    ClosedPathWork, Cone, ConstitutiveLaw, DruckerPrager, FrictionalState, LawError, LinearElastic, MohrCoulomb,
+    VonMises,
 };
 use tsutsumi::tensor::{Matrix3, Sym3, Vector, rotation};
-use tsutsumi_testkit::law::{LawPath, check_law};
+use tsutsumi_testkit::law::{LawPath, LawViolation, check_law};
 use tsutsumi_testkit::noise::Noise;
 
 const SAND: MohrCoulomb = MohrCoulomb {
@@ -121,6 +122,43 @@ fn updates_do_not_allocate() {
         let sand = MohrCoulomb { friction_angle_residual_deg, cohesion_residual, softening_strain, ..SAND };
         let cone = DruckerPrager { friction_angle_residual_deg, cohesion_residual, softening_strain, ..CONE };
         assert_eq!(allocations(&sand, stress) + allocations(&cone, stress) + allocations(&CLAY, stress), 0);
+    }
+}
+
+/// Flow along the normal promises never to give work back. The check would not let flow that opens less pass with that promise.
+#[test]
+fn only_associated_flow_promises_work() {
+    let associated = MohrCoulomb { dilatancy_angle_deg: 33.0, ..SAND };
+    assert_eq!(associated.closed_path_work(), ClosedPathWork::NotNegative);
+    assert_eq!(DruckerPrager { dilatancy_angle_deg: 33.0, ..CONE }.closed_path_work(), ClosedPathWork::NotNegative);
+    assert_eq!(SAND.closed_path_work(), ClosedPathWork::Any);
+    let softening = MohrCoulomb { cohesion_residual: Some(0.0), softening_strain: 0.02, ..associated };
+    assert_eq!(softening.closed_path_work(), ClosedPathWork::Any);
+    for dilatancy_angle_deg in [33.0, 5.0] {
+        let law = Associated(MohrCoulomb { dilatancy_angle_deg, ..SAND });
+        let far = LawPath { strain: 5e-3, increments: 80, ..LawPath::default() };
+        let outcome = far.check(&law);
+        let wins = matches!(outcome, Err(LawViolation::ClosedPath { work: ..0.0, .. }));
+        assert_eq!(wins, dilatancy_angle_deg < 33.0, "{outcome:?}");
+    }
+}
+
+/// A law that promises more than it may.
+struct Associated(MohrCoulomb);
+
+impl ConstitutiveLaw for Associated {
+    type State = FrictionalState;
+
+    fn update(&self, stress: Sym3, state: FrictionalState, strain: Sym3) -> Result<(Sym3, FrictionalState), LawError> {
+        self.0.update(stress, state, strain)
+    }
+
+    fn p_wave_modulus(&self, stress: Sym3, state: &FrictionalState) -> f64 {
+        self.0.p_wave_modulus(stress, state)
+    }
+
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::NotNegative
     }
 }
 

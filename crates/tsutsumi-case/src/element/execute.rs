@@ -3,7 +3,8 @@
 use std::ops::ControlFlow;
 
 use serde::Serialize;
-use tsutsumi::element::{Course, Criterion, Cycles, ElementError, ExcessPressure, Loading, Specimen};
+use tsutsumi::element::{Course, Criterion, Cycles, ElementError, ExcessPressure, Specimen};
+use tsutsumi::law::Increment;
 
 use super::motion::{Motion, held_total};
 use super::record::{Place, Record, Recorder};
@@ -86,8 +87,12 @@ impl Test<'_> {
         self.open_or_close_drain(stage, specimen);
         self.recorder.write(self.place, specimen, self.water);
         let ended = match Motion::of(stage, specimen, self.water)? {
-            Motion::Monotonic { loading, to, increments } => self.monotonic(specimen, *loading, to, increments),
+            Motion::Monotonic { loading, to, increments, duration } => {
+                let course = Course::begin(*loading, specimen).with_duration(duration);
+                self.monotonic(specimen, course, to, increments)
+            }
             Motion::Cyclic(cycles) => self.cyclic(specimen, &cycles),
+            Motion::Once(increment) => self.once(specimen, &increment),
         };
         ended.map_err(|error| error.to_string())
     }
@@ -105,11 +110,10 @@ impl Test<'_> {
     fn monotonic(
         &mut self,
         specimen: &mut Specimen,
-        loading: Loading,
+        mut course: Course,
         to: f64,
         increments: usize,
     ) -> Result<End, ElementError> {
-        let mut course = Course::begin(loading, specimen);
         for increment in 1..=increments {
             if (self.stop)() {
                 return Ok(End { interrupted: true, criterion: None });
@@ -121,6 +125,12 @@ impl Test<'_> {
                 self.recorder.write(self.place, specimen, self.water);
             }
         }
+        Ok(End { interrupted: false, criterion: None })
+    }
+
+    fn once(&mut self, specimen: &mut Specimen, increment: &Increment) -> Result<End, ElementError> {
+        specimen.undergo(increment)?;
+        self.place.increment = 1;
         Ok(End { interrupted: false, criterion: None })
     }
 

@@ -1,7 +1,8 @@
 //! From a stage of a file to a loading of the library.
 
 use tsutsumi::element::{Condition, CycleLimits, Cycles, Drainage, ExcessPressure, Loading, Specimen};
-use tsutsumi::tensor::Sym3;
+use tsutsumi::law::Increment;
+use tsutsumi::tensor::{Sym3, Vector};
 
 use super::schema::{
     Amplitude, Coefficients, DrainageKind, Driver, LiquefactionCriterion, PathCondition, Stage, StageKind, Target,
@@ -19,10 +20,12 @@ const GIVE_UP_STRAIN: f64 = 0.5;
 
 /// How a stage moves the specimen.
 pub(super) enum Motion {
-    /// The loading parameter goes to a value in equal increments.
-    Monotonic { loading: Box<Loading>, to: f64, increments: usize },
+    /// The loading parameter goes to a value in equal increments, each within a duration (s).
+    Monotonic { loading: Box<Loading>, to: f64, increments: usize, duration: f64 },
     /// Back and forth.
     Cyclic(Box<Cycles>),
+    /// As it is.
+    Once(Box<Increment>),
 }
 
 impl Motion {
@@ -31,10 +34,14 @@ impl Motion {
     /// # Errors
     /// A stress ratio where there is no stress, in words.
     pub(super) fn of(stage: &Stage, specimen: &Specimen, water: Option<ExcessPressure>) -> Result<Self, String> {
+        if let Some(strain) = stage.strain {
+            return Ok(Motion::Once(Box::new(increment(stage, strain))));
+        }
         let increments = stage.increments.unwrap_or(INCREMENTS);
+        let duration = stage.duration.map_or(f64::INFINITY, |duration| duration / increments as f64);
         Ok(match (&stage.conditions, stage.amplitude, stage.until) {
             (Some(conditions), ..) => {
-                Motion::Monotonic { loading: Box::new(path(conditions, specimen)), to: 1.0, increments }
+                Motion::Monotonic { loading: Box::new(path(conditions, specimen)), to: 1.0, increments, duration }
             }
             (None, Some(amplitude), Some(until)) => {
                 let cycles = cycles(stage, amplitude, until, specimen, water);
@@ -47,9 +54,17 @@ impl Motion {
                 let (driven, value) = stage.to.as_ref().and_then(driven).unwrap_or((Condition::AXIAL_STRAIN, 0.0));
                 let is_stress = driven.stress != Sym3::ZERO;
                 let to = if is_stress { value - driven.of(specimen) } else { value };
-                Motion::Monotonic { loading: Box::new(loading(stage, driven)), to, increments }
+                Motion::Monotonic { loading: Box::new(loading(stage, driven)), to, increments, duration }
             }
         })
+    }
+}
+
+fn increment(stage: &Stage, [xx, yy, zz, xy, yz, zx]: [f64; 6]) -> Increment {
+    Increment {
+        strain: Sym3 { xx, yy, zz, xy, yz, zx },
+        spin: stage.spin.map_or_else(Vector::zeros, Vector::from),
+        duration: stage.duration.unwrap_or(f64::INFINITY),
     }
 }
 
@@ -61,7 +76,7 @@ fn loading(stage: &Stage, driven: Condition) -> Loading {
     };
     match stage.kind {
         StageKind::Isotropic => Loading::isotropic(driven),
-        StageKind::Oedometer | StageKind::Path => Loading::uniaxial_strain(driven),
+        StageKind::Oedometer | StageKind::Path | StageKind::Increment => Loading::uniaxial_strain(driven),
         StageKind::Triaxial => Loading::triaxial(drainage, driven),
         StageKind::SimpleShear => Loading::simple_shear(drainage, driven),
     }
@@ -95,11 +110,13 @@ fn cycles(
     let is_by_stress = stage.driven_by == Some(Driver::Stress);
     let driven = if is_by_stress { stress } else { strain };
     let usual = if driven == watched { size / INCREMENTS_PER_AMPLITUDE } else { STRAIN_INCREMENT };
+    let increment = stage.increment.unwrap_or(usual);
     Cycles {
         loading: loading(stage, driven),
         watched,
         amplitude: size,
-        increment: stage.increment.unwrap_or(usual),
+        increment,
+        duration: stage.rate.map_or(f64::INFINITY, |rate| increment / rate),
         strain,
         water,
         limits: CycleLimits {

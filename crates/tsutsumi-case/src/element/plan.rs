@@ -64,6 +64,7 @@ impl ElementTest {
             conductivity_law: "constant",
             particles: 0..1,
             stresses: &[stress],
+            history: self.file.initial.history.is_some().then(|| KeyPath::from("initial").key("history")),
         };
         let group = registry.group(&self.file.material.law, &request)?;
         Ok(Specimen::of_group(group, stress).with_tolerance(self.file.tolerance))

@@ -10,10 +10,11 @@ pub(crate) struct Shown {
 }
 
 /// Columns with their words, shown units and factors.
-const SHOWN: [(&str, &str, &str, f64); 20] = [
+const SHOWN: [(&str, &str, &str, f64); 21] = [
     ("stage", "stage", "", 1.0),
     ("increment", "increment", "", 1.0),
     ("cycle", "cycles", "", 1.0),
+    ("time", "time", "s", 1.0),
     ("mean_stress", "mean effective stress p′", "kPa", 1e-3),
     ("stress_difference", "stress difference q", "kPa", 1e-3),
     ("deviatoric_stress", "deviatoric stress q", "kPa", 1e-3),

@@ -39,11 +39,16 @@ const COLUMNS: [&str; 27] = [
 /// The columns that are counts.
 const COUNTS: [&str; 2] = ["stage", "increment"];
 
-/// All columns of a test: the void ratio if it is known, and the law's own as `law.NAME`.
+/// All columns of a test: the time if a stage takes some, the void ratio if it is known, and the law's own as `law.NAME`.
 pub(crate) fn columns(file: &ElementTestFile, outputs: &[&str]) -> Vec<String> {
+    let time = takes_time(file).then(|| "time".to_owned());
     let void_ratio = file.initial.void_ratio.map(|_| "void_ratio".to_owned());
     let own = outputs.iter().map(|name| format!("law.{name}"));
-    COLUMNS.into_iter().map(str::to_owned).chain(void_ratio).chain(own).collect()
+    COLUMNS.into_iter().map(str::to_owned).chain(time).chain(void_ratio).chain(own).collect()
+}
+
+fn takes_time(file: &ElementTestFile) -> bool {
+    file.stages.iter().any(|stage| stage.duration.is_some() || stage.rate.is_some())
 }
 
 /// A table of what was recorded, in SI units; strains and stresses by component are positive in tension, quantities with a name positive
@@ -92,6 +97,7 @@ pub(super) struct Place {
 /// Writes rows.
 pub(super) struct Recorder {
     pub(super) record: Record,
+    takes_time: bool,
     void_ratio: Option<f64>,
     /// The volumetric strain that was set to zero on the way (–).
     forgotten: f64,
@@ -102,7 +108,13 @@ pub(super) struct Recorder {
 impl Recorder {
     pub(super) fn new(file: &ElementTestFile, specimen: &Specimen) -> Self {
         let record = Record { columns: columns(file, specimen.outputs()), rows: Vec::new() };
-        Recorder { record, void_ratio: file.initial.void_ratio, forgotten: 0.0, last: None }
+        Recorder {
+            record,
+            takes_time: takes_time(file),
+            void_ratio: file.initial.void_ratio,
+            forgotten: 0.0,
+            last: None,
+        }
     }
 
     /// Counts strains from here on; the void ratio remembers.
@@ -127,6 +139,7 @@ impl Recorder {
         row.extend([of(Condition::VOLUMETRIC_STRAIN), of(Condition::AXIAL_STRAIN), strain.deviatoric_strain()]);
         row.push(of(Condition::SHEAR_STRAIN));
         row.extend(water.map_or([0.0, 0.0], |water| [water.pressure(specimen), water.ratio(specimen)]));
+        row.extend(self.takes_time.then(|| specimen.time()));
         row.extend(self.void_ratio.map(|e| {
             // The strain is logarithmic, and the grains keep their volume.
             (1.0 + e) * (-(self.forgotten + of(Condition::VOLUMETRIC_STRAIN))).exp() - 1.0

@@ -36,8 +36,11 @@ pub struct ElementTestFile {
     pub tolerance: f64,
 }
 
+/// What may be left of each condition where a file does not say (–).
+pub(crate) const DEFAULT_TOLERANCE: f64 = 1e-9;
+
 fn default_tolerance() -> f64 {
-    1e-9
+    DEFAULT_TOLERANCE
 }
 
 /// What the specimen is made of.
@@ -72,6 +75,10 @@ pub struct TestInitial {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub void_ratio: Option<f64>,
+    /// The history of the law, as a run has left it. By default the one that the law gives to a point with this stress.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(with = "serde_json::Value")]
+    pub history: Option<toml::Value>,
 }
 
 impl TestInitial {
@@ -80,7 +87,7 @@ impl TestInitial {
     }
 }
 
-/// A part of the test. It goes `to` a value, back and forth with an `amplitude`, or along `conditions`.
+/// A part of the test. It goes `to` a value, back and forth with an `amplitude`, along `conditions`, or by one increment of `strain`.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Stage {
@@ -116,9 +123,47 @@ pub struct Stage {
     #[serde(default, skip_serializing_if = "Option::is_none")]
     #[schemars(length(min = 6, max = 6))]
     pub conditions: Option<Vec<PathCondition>>,
+    /// How long the stage takes (s), in equal parts for its increments: for laws to which time matters. Without it, for ever. Cyclic
+    /// stages have a `rate`.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub duration: Option<f64>,
+    /// Cyclic stages: how fast the driven strain (1/s) or stress (Pa/s) changes. Without it, infinitely slowly.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub rate: Option<f64>,
+    /// The kind `"increment"`: the components xx, yy, zz, xy, yz, zx of the strain increment (–, positive in extension, tensor shear).
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub strain: Option<[f64; 6]>,
+    /// The kind `"increment"`: the rotation about x, y and z (rad) that goes with it, half the skew part of the displacement gradient. By
+    /// default none.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub spin: Option<[f64; 3]>,
     /// Counts the strain from the start of this stage on, in all that is written and drawn.
     #[serde(default)]
     pub zero_strain: bool,
+}
+
+impl Stage {
+    /// A stage of a kind, with nothing said about it yet.
+    pub(crate) fn of_kind(kind: StageKind) -> Self {
+        Stage {
+            kind,
+            drainage: None,
+            to: None,
+            amplitude: None,
+            driven_by: None,
+            increments: None,
+            increment: None,
+            until: None,
+            conditions: None,
+            duration: None,
+            rate: None,
+            strain: None,
+            spin: None,
+            zero_strain: false,
+        }
+    }
 }
 
 /// How a specimen is held.
@@ -135,6 +180,8 @@ pub enum StageKind {
     SimpleShear,
     /// Six conditions of your own.
     Path,
+    /// One increment as it is, not halved where the law fails: what a run keeps of a point whose law has failed.
+    Increment,
 }
 
 /// Whether water leaves the specimen.

@@ -380,6 +380,119 @@ fn the_schema_accepts_the_examples_and_refuses_what_the_program_refuses() {
     assert!(!validator.is_valid(&value(CYCLIC)), "the law is not in the built-in registry");
 }
 
+/// A stage of undrained simple shear that takes so long (s).
+fn shear_stage(strain: f64, duration: f64) -> String {
+    format!(
+        "[[stages]]\nkind = \"simple-shear\"\ndrainage = \"undrained\"\nto = {{ shear_strain = {strain:?} }}\nduration = {duration:?}\n"
+    )
+}
+
+const MUD: &str = "title = \"mud\"\n[material]\nlaw = \"bingham\"\nparameters = { bulk_modulus = 1.0e6, shear_modulus = 1.0e5, \
+                   yield_stress = 40.0, viscosity = 5.0 }\n[initial]\nmean_stress = 1.0e3\n[output]\nfigures = false\n";
+
+/// τ = τ_y + η γ̇, less what an implicit step leaves of the start: (1 + G Δt/η)^−200 is 2^−200 in the fastest stage.
+#[test]
+fn the_bingham_example_ends_every_stage_at_its_rate() {
+    let desk = Desk::new("bingham");
+    let summary = desk.example("bingham-shear-rates.toml");
+    let column = |name: &str| summary.record.column(name).unwrap();
+    let (stage, stress, time) = (column("stage"), column("shear_stress"), column("time"));
+    let mut start = 0.0;
+    for (number, rate) in [(1.0, 0.1), (2.0, 1.0), (3.0, 10.0), (4.0, 100.0)] {
+        let end = stage.iter().rposition(|&stage| stage == number).unwrap();
+        let expected = 40.0 + 5.0 * rate;
+        assert!((stress[end] / expected - 1.0).abs() < 1e-12, "{rate}: {}, not {expected}", stress[end]);
+        // A sum of 200 equal parts.
+        assert!((time[end] - start - 1.0 / rate).abs() < 1e-12 * time[end]);
+        start = time[end];
+    }
+    assert!(summary.folder.join("figures/shear-stress-over-time.svg").exists());
+}
+
+/// Held in all six strains, the overstress falls by 1/(1 + G Δt/η) = 1/1.2 in each of ten increments.
+#[test]
+fn mud_that_is_held_relaxes_to_its_yield_stress() {
+    let held = ["xx", "yy", "zz", "xy", "yz", "zx"].map(|c| format!("{{ strain = {{ {c} = 1.0 }} }}")).join(", ");
+    let rest = format!("[[stages]]\nkind = \"path\"\nconditions = [{held}]\nduration = 1.0e-4\nincrements = 10\n");
+    let summary = Desk::new("relaxes").run(&format!("{MUD}{}{rest}", shear_stage(1.0, 0.01)));
+    assert_eq!(summary.outcome, Outcome::Finished);
+    let expected = 40.0 + 500.0 * 1.2_f64.powi(-10);
+    assert!((end(&summary, "shear_stress") / expected - 1.0).abs() < 1e-12, "{}", end(&summary, "shear_stress"));
+    assert!((end(&summary, "time") - 0.0101).abs() < 1e-14);
+}
+
+/// Without a duration time plays no part, and mud is von Mises.
+#[test]
+fn a_stage_without_a_duration_is_infinitely_slow() {
+    let stage = shear_stage(1.0, 1.0).replace("duration = 1.0\n", "");
+    let summary = Desk::new("slow").run(&format!("{MUD}{stage}"));
+    assert!((end(&summary, "shear_stress") / 40.0 - 1.0).abs() < 1e-12);
+    assert!(summary.record.column("time").is_none());
+}
+
+/// One cycle of ±0.1 at 10 per second takes 0.04 s, though increments of 0.03 are cut where the load turns.
+#[test]
+fn cyclic_stages_have_a_rate() {
+    let stage = "[[stages]]\nkind = \"simple-shear\"\ndrainage = \"undrained\"\namplitude = { strain = 0.1 }\nincrement = 0.03\n\
+                 rate = 10.0\nuntil = { cycles = 1.0 }\n";
+    let summary = Desk::new("rate").run(&format!("{MUD}{stage}"));
+    assert_eq!(summary.outcome, Outcome::Finished);
+    assert!((end(&summary, "time") - 0.04).abs() < 1e-12, "{}", end(&summary, "time"));
+    // The law's own equation, τ = ±τ_y + (τ' ∓ τ_y)/(1 + G Δt/η), by hand along 0.1 up, 0.2 down and 0.1 up.
+    let mut stress: f64 = 0.0;
+    for (sign, parts, rest) in [(1.0, 3, 0.01), (-1.0, 6, 0.02), (1.0, 3, 0.01)] {
+        for part in std::iter::repeat_n(0.03, parts).chain([rest]) {
+            let beyond = stress + sign * 1e5 * part - sign * 40.0;
+            stress = sign * 40.0 + beyond / (1.0 + 1e5 * (part / 10.0) / 5.0);
+        }
+    }
+    // Turns are found to 1e-9 of the increment.
+    assert!((end(&summary, "shear_stress") / stress - 1.0).abs() < 1e-9, "{}", end(&summary, "shear_stress"));
+}
+
+/// τ = η γ̇ from the first increment on.
+#[test]
+fn a_newtonian_fluid_has_the_stress_of_its_rate() {
+    let water = "title = \"water\"\n[material]\nlaw = \"newtonian\"\nparameters = { bulk_modulus = 2.2e9, viscosity = 1.0e-3 }\n[output]\n\
+                 figures = false\n";
+    let summary = Desk::new("newtonian").run(&format!("{water}{}", shear_stage(1e-3, 1e-4)));
+    let stress = summary.record.column("shear_stress").unwrap();
+    assert!(stress.len() == 201 && stress[1..].iter().all(|stress| (stress / 0.01 - 1.0).abs() < 1e-10), "{stress:?}");
+}
+
+/// τ/p = μ(I), I = γ̇ d √(ρ_s/p), here I₀ and so half way between the two coefficients; with the vertical stress held, so that Newton's method is asked too.
+#[test]
+fn grains_have_the_friction_of_their_rate() {
+    let beads = "title = \"beads\"\n[material]\nlaw = \"mu-i\"\nparameters = { young = 1.0e8, poisson = 0.3, friction_static = 0.382, \
+                 friction_limit = 0.643, inertial_number = 0.279, grain_diameter = 0.53e-3, grain_density = 2450.0 }\n[initial]\n\
+                 mean_stress = 1.0e3\n[output]\nfigures = false\n";
+    let rate = 0.279 / (0.53e-3 * 2.45_f64.sqrt());
+    let stage = shear_stage(0.5, 0.5 / rate).replace("undrained", "drained");
+    let summary = Desk::new("mu-i").run(&format!("{beads}{stage}"));
+    assert_eq!(summary.outcome, Outcome::Finished);
+    let friction = end(&summary, "shear_stress") / end(&summary, "mean_stress");
+    // Conditions are met to 1e-9 of the stress.
+    assert!((friction / 0.5125 - 1.0).abs() < 1e-8, "{friction}");
+}
+
+/// One increment as it is, from a history of its own.
+#[test]
+fn an_increment_is_done_as_it_is() {
+    let stage = "[[stages]]\nkind = \"increment\"\nstrain = [0.0, 0.0, 0.0, 0.0, 0.0, 0.5e-3]\n";
+    let history = "history = { stress = 1.0e3, strain = 0.25, slipped = 0.5 }\n";
+    let start = CYCLIC.find("[[stages]]").unwrap();
+    let (head, initial) = CYCLIC[..start].split_once("radial_stress = 50.0e3\n").unwrap();
+    let text = format!("{head}radial_stress = 50.0e3\n{history}{initial}{stage}");
+    let summary = Desk::new("increment").run(&text);
+    assert_eq!(summary.outcome, Outcome::Finished);
+    assert_eq!((summary.record.rows.len(), summary.stages[0].increments), (2, 1));
+    // By hand from the slider's history: see its law.
+    let material: toml::Table = text.parse().unwrap();
+    let parameter = |name: &str| material["material"]["parameters"][name].as_float().unwrap();
+    let slip = (1.0e3 + parameter("stiffness") * 1e-3 - parameter("strength")).max(0.0) / parameter("stiffness");
+    assert!((end(&summary, "law.slipped") - 0.5 - slip).abs() < 1e-15, "{slip}");
+}
+
 /// What is wrong, and how it is told.
 const BAD_TESTS: &[(&str, &[(&str, &str)])] = &[
     ("unknown key", &[("settling = 0.1", "settling = 0.1, setling = 0.2")]),
@@ -406,6 +519,15 @@ const BAD_TESTS: &[(&str, &[(&str, &str)])] = &[
     ("criterion of two", &[("{ double_strain = 0.005 }", "{ double_strain = 0.005, single_strain = 0.1 }")]),
     ("column that is not there", &[("law.slipped", "law.slippd")]),
     ("stage that is not there", &[("stages = [2]", "stages = [3]")]),
+    ("duration of a cyclic stage", &[("increment = 1.0e-5", "increment = 1.0e-5\nduration = 2.0")]),
+    ("rate of a monotonic stage", &[("increments = 10", "increments = 10\nrate = 0.1")]),
+    ("duration below zero", &[("increments = 10", "increments = 10\nduration = -1.0")]),
+    ("strain of another kind", &[("increments = 10", "increments = 10\nstrain = [0.0, 0.0, 0.0, 0.0, 0.0, 0.0]")]),
+    ("increment with a goal and without a strain", &[("kind = \"isotropic\"", "kind = \"increment\"")]),
+    (
+        "history of another law",
+        &[("radial_stress = 50.0e3", "radial_stress = 50.0e3\nhistory = { back_stress = 1.0 }")],
+    ),
     ("tolerance out of range", &[("tolerance = 1.0e-9", "tolerance = 0.0")]),
 ];
 

@@ -85,7 +85,16 @@ impl Checks<'_, ElementTestFile> {
 
     /// Which keys belong to which stage.
     fn stage_keys(&mut self, place: &KeyPath, stage: &Stage) {
+        self.time_keys(place, stage);
+        if stage.kind == StageKind::Increment {
+            return self.increment_keys(place, stage);
+        }
         let kind = stage.kind.name();
+        for (name, is_given) in [("strain", stage.strain.is_some()), ("spin", stage.spin.is_some())] {
+            if is_given {
+                self.report(place.clone().key(name), format!("`{name}` is for the kind \"increment\""), "");
+            }
+        }
         let is_path = stage.kind == StageKind::Path;
         let ways = [("to", stage.to.is_some()), ("amplitude", stage.amplitude.is_some())];
         match (is_path, ways.iter().filter(|(_, is_given)| *is_given).count(), stage.conditions.is_some()) {
@@ -136,13 +145,49 @@ impl Checks<'_, ElementTestFile> {
         }
     }
 
+    fn time_keys(&mut self, place: &KeyPath, stage: &Stage) {
+        self.positive(place, "duration", stage.duration);
+        self.positive(place, "rate", stage.rate);
+        match stage.amplitude {
+            Some(_) if stage.duration.is_some() => {
+                let help = "give how fast the driven quantity changes: `rate`";
+                self.report(place.clone().key("duration"), "`duration` belongs to monotonic stages", help);
+            }
+            None if stage.rate.is_some() => {
+                let help = "give how long the stage takes: `duration`";
+                self.report(place.clone().key("rate"), "`rate` belongs to cyclic stages, with an `amplitude`", help);
+            }
+            _ => {}
+        }
+    }
+
+    /// One increment has nothing but its strain, spin and duration. They may be anything, as what a run asks of a law may be: not even numbers.
+    fn increment_keys(&mut self, place: &KeyPath, stage: &Stage) {
+        let strange = [
+            ("drainage", stage.drainage.is_some()),
+            ("to", stage.to.is_some()),
+            ("amplitude", stage.amplitude.is_some()),
+            ("driven_by", stage.driven_by.is_some()),
+            ("increments", stage.increments.is_some()),
+            ("increment", stage.increment.is_some()),
+            ("until", stage.until.is_some()),
+            ("conditions", stage.conditions.is_some()),
+        ];
+        for (name, _) in strange.iter().filter(|(_, is_given)| *is_given) {
+            self.report(place.clone().key(*name), format!("`{name}` is not for the kind \"increment\""), "");
+        }
+        if stage.strain.is_none() {
+            self.report(place, "an increment needs its `strain`", "write the components xx, yy, zz, xy, yz, zx");
+        }
+    }
+
     fn target(&mut self, place: &KeyPath, kind: StageKind, target: &Target) {
         let known: &[&str] = match kind {
             StageKind::Isotropic => &["mean_stress", "volumetric_strain"],
             StageKind::Oedometer => &["axial_stress", "axial_strain"],
             StageKind::Triaxial => &["axial_strain", "stress_difference"],
             StageKind::SimpleShear => &["shear_strain", "shear_stress"],
-            StageKind::Path => &[],
+            StageKind::Path | StageKind::Increment => &[],
         };
         let given: Vec<_> = target.all().into_iter().filter_map(|(name, _, value)| Some((name, value?))).collect();
         let help = format!("write one of {}", list(known));
@@ -284,6 +329,7 @@ impl StageKind {
             Self::Triaxial => "triaxial",
             Self::SimpleShear => "simple-shear",
             Self::Path => "path",
+            Self::Increment => "increment",
         }
     }
 }

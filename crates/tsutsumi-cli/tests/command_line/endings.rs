@@ -57,6 +57,52 @@ fn a_failure_is_told_even_quietly() {
     assert!(ended.stderr.starts_with("error: "), "{}", ended.stderr);
 }
 
+/// Grains that bear no tension, thrown up from their base.
+const THROWN: &str = r#"
+title = "Thrown up"
+dimension = 2
+gravity = [0.0, -9.81]
+grid = { origin = [0.0, 0.0], spacing = [1.0, 1.0], cells = [2, 6] }
+time = { end = 1.0, step = 1.0e-3 }
+
+[materials.sand]
+law = "pressure-elastic"
+parameters = { bulk_modulus = 20.0e6, shear_modulus = 12.0e6 }
+density = 2000.0
+
+[[bodies]]
+material = "sand"
+shape = { box = { min = [0.0, 0.0], max = [2.0, 3.0] } }
+particles_per_cell = [2, 2]
+initial = { velocity = [0.0, 1.0], geostatic = { surface = 3.0, k0 = 0.5 } }
+
+[[supports]]
+face = "y-min"
+fix = ["x", "y"]
+
+[output]
+every = 0.1
+"#;
+
+#[test]
+fn a_law_that_fails_leaves_an_element_test_that_fails_alike() {
+    let desk = Desk::with("case.toml", THROWN);
+    let ended =
+        desk.tsutsumi(&["run", "case.toml", "--set", "materials.sand.parameters.exponent=0.6", "--out", "failed"]);
+    assert_eq!(ended.code, Some(1), "{}", ended.stderr);
+    let words = "the mean effective pressure is ";
+    let told = ended.stderr.lines().find(|line| line.contains(words)).unwrap_or_else(|| panic!("{}", ended.stderr));
+    let reason = &told[told.find(words).unwrap()..];
+    let path = format!("failed{}failed-point.toml", std::path::MAIN_SEPARATOR);
+    assert!(ended.stderr.contains(&format!("the point is kept as an element test: {path}\n")), "{}", ended.stderr);
+    let text = std::fs::read_to_string(desk.path(&path)).unwrap();
+    assert!(text.contains("exponent = 0.6"), "what was set on the command line counts: {text}");
+    let again = desk.tsutsumi(&["element-test", &path, "--quiet"]);
+    assert_eq!(again.code, Some(1));
+    assert!(again.stderr.starts_with("error: stage 1 (increment), increment 1: the law failed: "), "{}", again.stderr);
+    assert!(again.stderr.contains(reason), "{reason}: {}", again.stderr);
+}
+
 #[cfg(unix)]
 mod interrupted {
     use std::fs;

@@ -15,6 +15,14 @@ pub struct Course {
     loading: Loading,
     start: [f64; 6],
     parameter: f64,
+    duration: f64,
+}
+
+/// The end of an increment, and how long it takes (s).
+#[derive(Clone, Copy)]
+struct Goal {
+    parameter: f64,
+    duration: f64,
 }
 
 /// A place on the way.
@@ -28,7 +36,18 @@ struct Found {
 impl Course {
     /// The start of a loading from a specimen as it is.
     pub fn begin(loading: Loading, specimen: &Specimen) -> Self {
-        Course { loading, start: loading.conditions.map(|condition| condition.of(specimen)), parameter: 0.0 }
+        Course {
+            loading,
+            start: loading.conditions.map(|condition| condition.of(specimen)),
+            parameter: 0.0,
+            duration: f64::INFINITY,
+        }
+    }
+
+    /// The same where every call of [`Course::advance`] takes so long (s). Without it time plays no part.
+    #[must_use]
+    pub fn with_duration(self, duration: f64) -> Self {
+        Course { duration, ..self }
     }
 
     /// The loading parameter λ reached.
@@ -68,7 +87,8 @@ impl Course {
         while done < 1.0 {
             // Sums of powers of ½ are exact: the last increment ends at 1.
             let next = done + share;
-            match self.find(specimen, from + change * next, watch) {
+            let goal = Goal { parameter: from + change * next, duration: self.duration * share };
+            match self.find(specimen, goal, watch) {
                 Ok(found) => {
                     specimen.accept(&found.solution)?;
                     self.parameter = found.parameter;
@@ -88,31 +108,26 @@ impl Course {
         Ok(false)
     }
 
-    /// The state at `parameter`, or where on the way there the watched quantity reaches its target.
-    fn find(
-        &self,
-        specimen: &Specimen,
-        parameter: f64,
-        watch: Option<(&Condition, f64)>,
-    ) -> Result<Found, ElementError> {
-        let solution = self.solve(specimen, parameter)?;
+    /// The state at the goal, or where on the way there the watched quantity reaches its target.
+    fn find(&self, specimen: &Specimen, goal: Goal, watch: Option<(&Condition, f64)>) -> Result<Found, ElementError> {
+        let solution = self.solve(specimen, goal)?;
         let hit = match watch {
-            Some((watched, target)) => self.hit(specimen, parameter, solution, watched, target)?,
+            Some((watched, target)) => self.hit(specimen, goal, solution, watched, target)?,
             None => None,
         };
-        Ok(hit.unwrap_or(Found { parameter, solution, is_hit: false }))
+        Ok(hit.unwrap_or(Found { parameter: goal.parameter, solution, is_hit: false }))
     }
 
-    fn solve(&self, specimen: &Specimen, parameter: f64) -> Result<Solution, ElementError> {
-        let wanted = std::array::from_fn(|i| self.start[i] + parameter * self.loading.rates[i]);
-        specimen.solve(&self.loading.conditions, &wanted)
+    fn solve(&self, specimen: &Specimen, goal: Goal) -> Result<Solution, ElementError> {
+        let wanted = std::array::from_fn(|i| self.start[i] + goal.parameter * self.loading.rates[i]);
+        specimen.solve_within(&self.loading.conditions, &wanted, goal.duration)
     }
 
-    /// Where between here and `parameter` a quantity reaches its target; nothing if it does not. By the Illinois variant of regula falsi.
+    /// Where between here and a goal a quantity reaches its target; nothing if it does not. By the Illinois variant of regula falsi.
     fn hit(
         &self,
         specimen: &Specimen,
-        parameter: f64,
+        goal: Goal,
         solution: Solution,
         watched: &Condition,
         target: f64,
@@ -120,7 +135,13 @@ impl Course {
         let value =
             |solution: &Solution| watched.value(solution.stress, specimen.strain() + solution.increment) - target;
         let (mut low, mut at_low) = (self.parameter, watched.of(specimen) - target);
-        let (mut high, mut at_high) = (parameter, value(&solution));
+        let (mut high, mut at_high) = (goal.parameter, value(&solution));
+        let on_the_way = |parameter: f64| {
+            let share = (parameter - self.parameter) / (goal.parameter - self.parameter);
+            // None of an infinite time would not be a number.
+            let duration = if goal.duration.is_finite() { goal.duration * share } else { f64::INFINITY };
+            Goal { parameter, duration }
+        };
         let hit = |parameter: f64, solution: Solution| Ok(Some(Found { parameter, solution, is_hit: true }));
         if at_low * at_high > 0.0 {
             return Ok(None);
@@ -132,7 +153,7 @@ impl Course {
         let mut last_side = 0;
         for _ in 0..MAX_TRIALS {
             let middle = (low * at_high - high * at_low) / (at_high - at_low);
-            let solution = self.solve(specimen, middle)?;
+            let solution = self.solve(specimen, on_the_way(middle))?;
             let at_middle = value(&solution);
             if at_middle.abs() <= near {
                 return hit(middle, solution);
@@ -147,6 +168,6 @@ impl Course {
             }
             last_side = side;
         }
-        hit(high, self.solve(specimen, high)?)
+        hit(high, self.solve(specimen, on_the_way(high))?)
     }
 }

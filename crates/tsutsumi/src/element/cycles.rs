@@ -20,6 +20,8 @@ pub struct Cycles {
     pub amplitude: f64,
     /// The change of the loading parameter in one increment, positive.
     pub increment: f64,
+    /// How long an increment takes (s); infinite where time plays no part.
+    pub duration: f64,
     /// The strain that tells how far the test has gone.
     pub strain: Condition,
     /// The pore pressure, if the test is undrained.
@@ -100,7 +102,7 @@ impl Cycles {
         specimen: &mut Specimen,
         mut observe: impl FnMut(&Specimen, &CycleProgress) -> ControlFlow<()>,
     ) -> Result<Option<Criterion>, ElementError> {
-        let mut course = Course::begin(self.loading, specimen);
+        let mut course = Course::begin(self.loading, specimen).with_duration(self.duration);
         let centre = self.watched.of(specimen);
         let start_strain = self.strain.of(specimen);
         let to = centre + self.amplitude;

@@ -25,6 +25,8 @@ pub struct Specimen {
     group: Box<dyn MaterialGroup>,
     stress: Sym3,
     strain: Sym3,
+    /// The time of the increments that took one (s).
+    time: f64,
     tolerance: f64,
     /// The largest stress so far (Pa): residuals are held against it, so that a state without stress can be reached.
     largest_stress: f64,
@@ -37,8 +39,18 @@ pub struct Solution {
     pub increment: Sym3,
     /// The stress at its end (Pa).
     pub stress: Sym3,
+    /// How long it takes (s); infinite where time plays no part.
+    pub duration: f64,
     /// Newton iterations made.
     pub iterations: usize,
+}
+
+/// What an increment has to bring.
+#[derive(Clone, Copy)]
+struct Wanted<'a> {
+    conditions: &'a [Condition; 6],
+    values: &'a [f64; 6],
+    duration: f64,
 }
 
 /// How far a strain increment is from what is wanted.
@@ -58,7 +70,7 @@ impl Specimen {
     /// A specimen of a law that was chosen at run time: the first particle of a group that starts with this effective stress (Pa).
     pub fn of_group(group: Box<dyn MaterialGroup>, stress: Sym3) -> Self {
         let largest_stress = stress.to_kelvin().norm();
-        Specimen { group, stress, strain: Sym3::ZERO, tolerance: TOLERANCE, largest_stress }
+        Specimen { group, stress, strain: Sym3::ZERO, time: 0.0, tolerance: TOLERANCE, largest_stress }
     }
 
     /// The same with another tolerance (–): what is left of each condition, relative to the largest stress so far, or to the strain.
@@ -76,6 +88,11 @@ impl Specimen {
     /// order of the increments.
     pub fn strain(&self) -> Sym3 {
         self.strain
+    }
+
+    /// The time since the start (s): the sum of the durations that were not infinite.
+    pub fn time(&self) -> f64 {
+        self.time
     }
 
     /// Counts the strain from here on. Stress and history stay.
@@ -101,18 +118,33 @@ impl Specimen {
     /// # Errors
     /// The law's, [`ElementError::NotConverged`] and [`ElementError::Singular`]; a smaller change of the values may still be possible.
     pub fn solve(&self, conditions: &[Condition; 6], wanted: &[f64; 6]) -> Result<Solution, ElementError> {
-        let mut attempt = self.attempt(conditions, wanted, Sym3::ZERO)?;
+        self.solve_within(conditions, wanted, f64::INFINITY)
+    }
+
+    /// The same for an increment that takes so long (s).
+    ///
+    /// # Errors
+    /// Those of [`Specimen::solve`].
+    pub fn solve_within(
+        &self,
+        conditions: &[Condition; 6],
+        values: &[f64; 6],
+        duration: f64,
+    ) -> Result<Solution, ElementError> {
+        let wanted = Wanted { conditions, values, duration };
+        let mut attempt = self.attempt(wanted, Sym3::ZERO)?;
         let mut iterations = 0;
         loop {
             let excess = self.excess(conditions, &attempt);
             if excess <= 1.0 {
-                return Ok(Solution { increment: attempt.increment, stress: attempt.stress, iterations });
+                let Attempt { increment, stress, .. } = attempt;
+                return Ok(Solution { increment, stress, duration, iterations });
             }
             if iterations == MAX_ITERATIONS {
                 return Err(self.not_converged(iterations, excess, attempt.increment));
             }
             iterations += 1;
-            attempt = self.improved(conditions, wanted, &attempt, iterations)?;
+            attempt = self.improved(wanted, &attempt, iterations)?;
         }
     }
 
@@ -121,30 +153,35 @@ impl Specimen {
     /// # Errors
     /// The law's.
     pub fn accept(&mut self, solution: &Solution) -> Result<(), ElementError> {
-        let increment = Increment { strain: solution.increment, ..Increment::default() };
+        let Solution { increment: strain, duration, .. } = *solution;
+        self.undergo(&Increment { strain, duration, ..Increment::default() })
+    }
+
+    /// Undergoes a motion as it is, without conditions.
+    ///
+    /// # Errors
+    /// The law's.
+    pub fn undergo(&mut self, increment: &Increment) -> Result<(), ElementError> {
         let mut stress = [self.stress];
-        let outcome = self.group.update_block(0, &mut stress, &[increment], &[1.0]);
-        if let Some((_, source)) = outcome.failure {
-            return Err(ElementError::Law { source, state: SpecimenState::of(self, solution.increment) });
+        let outcome = self.group.update_block(0, &mut stress, std::slice::from_ref(increment), &[1.0]);
+        if let Some(failure) = outcome.failure {
+            return Err(ElementError::Law { source: failure.source, state: SpecimenState::of(self, increment.strain) });
         }
         self.stress = stress[0];
-        self.strain += solution.increment;
+        self.strain += increment.strain;
+        self.time += if increment.duration.is_finite() { increment.duration } else { 0.0 };
         self.largest_stress = self.largest_stress.max(self.stress.to_kelvin().norm());
         Ok(())
     }
 
-    fn attempt(
-        &self,
-        conditions: &[Condition; 6],
-        wanted: &[f64; 6],
-        increment: Sym3,
-    ) -> Result<Attempt, ElementError> {
+    fn attempt(&self, wanted: Wanted, increment: Sym3) -> Result<Attempt, ElementError> {
+        let Wanted { conditions, values, duration } = wanted;
         let (stress, tangent) = self
             .group
-            .trial(0, self.stress, increment)
+            .trial(0, self.stress, increment, duration)
             .map_err(|source| ElementError::Law { source, state: SpecimenState::of(self, increment) })?;
         let strain = self.strain + increment;
-        let residual = Vector6::from_fn(|i, _| conditions[i].value(stress, strain) - wanted[i]);
+        let residual = Vector6::from_fn(|i, _| conditions[i].value(stress, strain) - values[i]);
         Ok(Attempt { increment, stress, tangent, residual })
     }
 
@@ -166,13 +203,8 @@ impl Specimen {
     }
 
     /// The attempt after a Newton step, shortened until the residual falls.
-    fn improved(
-        &self,
-        conditions: &[Condition; 6],
-        wanted: &[f64; 6],
-        attempt: &Attempt,
-        iterations: usize,
-    ) -> Result<Attempt, ElementError> {
+    fn improved(&self, wanted: Wanted, attempt: &Attempt, iterations: usize) -> Result<Attempt, ElementError> {
+        let conditions = wanted.conditions;
         let mut jacobian = Matrix6::zeros();
         for (i, condition) in conditions.iter().enumerate() {
             let row =
@@ -191,7 +223,7 @@ impl Specimen {
         for halving in 0..=MAX_HALVINGS {
             let share = 0.5_f64.powi(halving as i32);
             let increment = attempt.increment + Sym3::from_kelvin(&(step * share));
-            match self.attempt(conditions, wanted, increment) {
+            match self.attempt(wanted, increment) {
                 Ok(next) if next.residual.component_mul(&weights).norm() <= (1.0 - DECREASE * share) * before => {
                     return Ok(next);
                 }

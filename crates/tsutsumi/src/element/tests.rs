@@ -200,6 +200,7 @@ const YIELD_STRAIN: f64 = 1e-3;
 
 fn shear_cycles(specimen: &Specimen, watched: Condition, amplitude: f64) -> Cycles {
     Cycles {
+        duration: f64::INFINITY,
         loading: Loading::simple_shear(Drainage::Undrained, Condition::SHEAR_STRAIN),
         watched,
         amplitude,

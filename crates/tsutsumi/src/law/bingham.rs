@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::liquid_pressure::LiquidPressure;
-use super::{ConstitutiveLaw, LawError};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError};
 use crate::tensor::Sym3;
 
 /// A Bingham fluid: an elastic solid up to a yield stress, viscous beyond. Mud, fresh concrete, debris. It stands where other laws give the
@@ -22,7 +22,7 @@ use crate::tensor::Sym3;
 /// ```
 ///
 /// Viscosity therefore does not limit the step; √(G/ρ) does. J is the sum of the strain increments. Where it is larger than without
-/// pressure, p = 0, unless the fluid bears tension; shear stress stays. Without a duration (element tests) it flows at τ_y: von Mises.
+/// pressure, p = 0, unless the fluid bears tension; shear stress stays. Without a duration it flows at τ_y: von Mises.
 ///
 /// # Reference
 ///
@@ -100,6 +100,11 @@ impl ConstitutiveLaw for Bingham {
 
     fn s_wave_modulus(&self, _stress: Sym3, _state: &BinghamState) -> f64 {
         self.shear_modulus
+    }
+
+    /// The pressure is a function of the volume; shear is elastic, and plastic along the normal of a surface that stays.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::NotNegative
     }
 
     fn validate(&self) -> Result<(), LawError> {

@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 
 use super::frictional::{FrictionalState, Softening, Strength, softened_strain, validate_flow};
 use super::meridian::{Meridian, Return};
-use super::{ConstitutiveLaw, LawError, LinearElastic, tangent_by_differences};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError, LinearElastic, tangent_by_differences};
 use crate::tensor::{Matrix6, Sym3};
 
 /// Drucker–Prager plasticity: friction and cohesion as a cone, with dilatancy, tensile cut-off and softening.
@@ -214,6 +214,12 @@ impl ConstitutiveLaw for DruckerPrager {
 
     fn s_wave_modulus(&self, _stress: Sym3, _state: &FrictionalState) -> f64 {
         self.elastic().shear_modulus()
+    }
+
+    /// Flow along the normal of a surface that stays, where ψ = φ and nothing softens. Otherwise there are paths that win work: flow that opens less than
+    /// the normal does is driven by a smaller shear stress after a fall of the pressure.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        self.softening().closed_path_work(self.dilatancy_angle_deg)
     }
 
     fn validate(&self) -> Result<(), LawError> {

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
-use super::LawError;
 use super::parameter::{require, require_positive};
+use super::{ClosedPathWork, LawError};
 
 /// What laws with friction and cohesion remember.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
@@ -74,6 +74,15 @@ impl Softening {
     /// Whether more plastic strain would change the strength.
     pub(super) fn goes_on_at(&self, strain: f64) -> bool {
         self.peak != self.residual && strain < self.over
+    }
+
+    /// What plasticity with this strength and dilatancy angle (°) promises about linear elasticity.
+    pub(super) fn closed_path_work(&self, dilatancy_angle_deg: f64) -> ClosedPathWork {
+        let is_associated = dilatancy_angle_deg.to_radians() == self.peak.friction_angle;
+        match is_associated && self.peak == self.residual {
+            true => ClosedPathWork::NotNegative,
+            false => ClosedPathWork::Any,
+        }
     }
 
     pub(super) fn validate(&self) -> Result<(), LawError> {

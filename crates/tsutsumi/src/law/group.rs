@@ -2,18 +2,48 @@ use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use super::block::{BLOCK, IncrementBlock, LANES, Lanes, set_tensor, tensor};
-use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Increment, LawError};
+use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Increment, LawError, differences};
 use crate::parallel::vectorized;
-use crate::tensor::{Matrix3, Matrix6, Sym3, rotation, rotation_about_z};
+use crate::tensor::{Matrix3, Matrix6, Sym3, Vector, rotation, rotation_about_z};
 
 /// The outcome of a law over a block of particles.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct BlockOutcome {
     /// Work of the effective stress, Σ V σ' : Δε (J).
     pub work: f64,
-    /// The first particle of the block whose law failed, counted from the start of the block, and why. Its stress and
-    /// history are those at the start of the step, turned with the material unless the law is one of finite strain.
-    pub failure: Option<(usize, LawError)>,
+    /// The first particle of the block whose law failed. Its stress and history are those at the start of the step, turned
+    /// with the material unless the law is one of finite strain.
+    pub failure: Option<Box<LawFailure>>,
+}
+
+/// A law that gave no answer.
+#[derive(Debug, Clone, PartialEq)]
+pub struct LawFailure {
+    /// The particle, counted from the start of the block.
+    pub particle: usize,
+    /// What the law was asked.
+    pub question: Question,
+    /// The law's reason.
+    pub source: LawError,
+}
+
+/// What a law was asked: with the history, which the group keeps ([`MaterialGroup::history`]), enough to ask it again.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Question {
+    /// The effective stress at the start (Pa), turned with the material unless the law is one of finite strain.
+    pub stress: Sym3,
+    /// The motion, without the spin that stress and history have been turned by already.
+    pub increment: Increment,
+}
+
+impl LawFailure {
+    /// With what is left to ask after stress and history have been turned.
+    #[cold]
+    fn of<L: ConstitutiveLaw>(particle: usize, stress: Sym3, increment: &Increment, source: LawError) -> Box<Self> {
+        let spin = if L::FINITE_STRAIN { increment.spin } else { Vector::zeros() };
+        let question = Question { stress, increment: Increment { spin, ..*increment } };
+        Box::new(LawFailure { particle, question, source })
+    }
 }
 
 /// The particles of one material: its law and their histories.
@@ -33,6 +63,15 @@ impl<L: ConstitutiveLaw> Group<L> {
         let states = stresses.chunks(BLOCK).map(|block| Mutex::new(states_of(block))).collect();
         let conductivity_law = Box::new(ConstantConductivity);
         Group { name: name.into(), law, conductivity_law, states, particles }
+    }
+
+    /// The same group, all particles with this history in place of that of their stress.
+    #[must_use]
+    pub fn with_history(mut self, history: L::State) -> Self {
+        for block in &mut self.states {
+            block.get_mut().unwrap_or_else(PoisonError::into_inner).fill(history);
+        }
+        self
     }
 
     /// The same group with another law of the conductivity; it starts with a constant one.
@@ -97,9 +136,12 @@ impl<L: ConstitutiveLaw> Group<L> {
                     *state = new_state;
                 }
                 Ok(_) if outcome.failure.is_none() => {
-                    outcome.failure = Some((p, LawError::NotFinite { strain: increment.strain }));
+                    let error = LawError::NotFinite { strain: increment.strain };
+                    outcome.failure = Some(LawFailure::of::<L>(p, *stress, &increment, error));
                 }
-                Err(error) if outcome.failure.is_none() => outcome.failure = Some((p, error)),
+                Err(error) if outcome.failure.is_none() => {
+                    outcome.failure = Some(LawFailure::of::<L>(p, *stress, &increment, error));
+                }
                 _ => {}
             }
         }
@@ -166,7 +208,7 @@ impl<L: ConstitutiveLaw> Group<L> {
         new: &mut [[f64; BLOCK]; 6],
         increments: &IncrementBlock,
         len: usize,
-    ) -> Option<(usize, LawError)> {
+    ) -> Option<Box<LawFailure>> {
         let mut failure = None;
         for (p, state) in states.iter_mut().enumerate().take(len) {
             let strain = tensor(&increments.strain, p);
@@ -178,7 +220,9 @@ impl<L: ConstitutiveLaw> Group<L> {
                         *state = new_state;
                     }
                 }
-                Err(error) if failure.is_none() => failure = Some((p, error)),
+                Err(error) if failure.is_none() => {
+                    failure = Some(LawFailure::of::<L>(p, tensor(old, p), &increments.at(p), error));
+                }
                 Err(_) => {}
             }
         }
@@ -197,8 +241,9 @@ impl<L: ConstitutiveLaw> Group<L> {
         for p in 0..len {
             if !tensor(new, p).is_finite() {
                 set_tensor(new, p, tensor(old, p));
-                if failure.as_ref().is_none_or(|&(first, _)| p < first) {
-                    failure = Some((p, LawError::NotFinite { strain: tensor(&increments.strain, p) }));
+                if failure.as_ref().is_none_or(|first| p < first.particle) {
+                    let error = LawError::NotFinite { strain: tensor(&increments.strain, p) };
+                    failure = Some(LawFailure::of::<L>(p, tensor(old, p), &increments.at(p), error));
                 }
             }
         }
@@ -229,7 +274,11 @@ impl BlockOutcome {
     /// The same with the failed particle counted from `first` particles before the block.
     #[must_use]
     pub(crate) fn from(self, first: usize) -> Self {
-        BlockOutcome { failure: self.failure.map(|(p, error)| (first + p, error)), ..self }
+        let mut outcome = self;
+        if let Some(failure) = &mut outcome.failure {
+            failure.particle += first;
+        }
+        outcome
     }
 
     /// With what happened after it: the first failure stays.
@@ -272,13 +321,16 @@ pub trait MaterialGroup: Send + Sync {
         volumes: &[f64],
     ) -> BlockOutcome;
 
-    /// The stress (Pa) that a strain increment without spin would lead to, and the tangent there
-    /// ([`ConstitutiveLaw::tangent`]), for the group's particle number `particle`. Nothing is changed: implicit schemes try
-    /// increments before they accept one.
+    /// The stress (Pa) that a strain increment without spin would lead to within a duration (s), and the tangent there
+    /// ([`ConstitutiveLaw::tangent`], or central differences in a finite time), for the group's particle number `particle`.
+    /// Nothing is changed: implicit schemes try increments before they accept one.
     ///
     /// # Errors
     /// The law's.
-    fn trial(&self, particle: usize, stress: Sym3, strain: Sym3) -> Result<(Sym3, Matrix6), LawError>;
+    fn trial(&self, particle: usize, stress: Sym3, strain: Sym3, duration: f64) -> Result<(Sym3, Matrix6), LawError>;
+
+    /// The history of the group's particle number `particle`, to be written.
+    fn history(&self, particle: usize) -> Box<dyn erased_serde::Serialize>;
 
     /// The largest compression and shear wave moduli in the group (Pa), for the stresses of its particles.
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64);
@@ -344,13 +396,22 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
         }
     }
 
-    fn trial(&self, particle: usize, stress: Sym3, strain: Sym3) -> Result<(Sym3, Matrix6), LawError> {
+    fn trial(&self, particle: usize, stress: Sym3, strain: Sym3, duration: f64) -> Result<(Sym3, Matrix6), LawError> {
         let state = self.state(particle);
-        let (new_stress, _) = self.law.update(stress, state, strain)?;
+        let update = |strain| Ok(self.law.update_within(stress, state, strain, duration)?.0);
+        let new_stress = update(strain)?;
         if !new_stress.is_finite() {
             return Err(LawError::NotFinite { strain });
         }
-        Ok((new_stress, self.law.tangent(stress, state, strain)?))
+        let tangent = match duration.is_infinite() {
+            true => self.law.tangent(stress, state, strain)?,
+            false => differences(update, strain)?,
+        };
+        Ok((new_stress, tangent))
+    }
+
+    fn history(&self, particle: usize) -> Box<dyn erased_serde::Serialize> {
+        Box::new(self.state(particle))
     }
 
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64) {
@@ -365,7 +426,8 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
     }
 
     fn history_bytes(&self) -> usize {
-        self.states.capacity() * size_of::<L::State>()
+        let of_block = size_of::<Mutex<Vec<L::State>>>() + BLOCK * size_of::<L::State>();
+        self.states.len() * of_block
     }
 
     fn outputs(&self) -> &'static [&'static str] {
@@ -409,8 +471,43 @@ mod tests {
             Increment { strain: Sym3::diagonal(f64::NAN, 0.0, 0.0), ..Default::default() },
         ];
         let outcome = group().update_block(0, &mut stresses, &increments, &[1.0; 2]);
-        assert!(matches!(outcome.failure, Some((1, LawError::NotFinite { .. }))));
+        let failure = outcome.failure.unwrap();
+        assert!(matches!(*failure, LawFailure { particle: 1, source: LawError::NotFinite { .. }, .. }), "{failure:?}");
         assert_eq!(stresses[1], Sym3::diagonal(-1.0, -1.0, -1.0));
         assert!((stresses[0].xx - (-1.0 + 1.2)).abs() < 1e-12);
+    }
+
+    /// A law that answers nothing but rest.
+    struct Mute;
+
+    impl ConstitutiveLaw for Mute {
+        type State = f64;
+
+        fn update(&self, stress: Sym3, state: f64, strain: Sym3) -> Result<(Sym3, f64), LawError> {
+            match strain == Sym3::ZERO {
+                true => Ok((stress, state)),
+                false => Err(LawError::NotConverged { iterations: 1, residual: strain.norm() }),
+            }
+        }
+
+        fn p_wave_modulus(&self, _: Sym3, _: &f64) -> f64 {
+            1.0
+        }
+    }
+
+    #[test]
+    fn what_a_law_was_asked_can_be_asked_again() {
+        let (old, strain) = (Sym3::diagonal(-10.0, -20.0, -30.0), Sym3::diagonal(1e-3, 0.0, 2e-3));
+        let increment = Increment { strain, spin: Vector::<3>::new(0.1, -0.2, 0.3), duration: 0.5 };
+        let group = Group::new("soil", Mute, 0..1, &[old]).with_history(7.0);
+        let failure = group.update_block(0, &mut [old], &[increment], &[1.0]).failure.unwrap();
+        // Turned already: there is no spin left to ask about.
+        let turned = old.rotated(&rotation(&increment.spin));
+        let left = Increment { spin: Vector::zeros(), ..increment };
+        assert_eq!(failure.question, Question { stress: turned, increment: left });
+        let Question { stress, increment } = failure.question;
+        let again = group.update_block(0, &mut [stress], &[increment], &[1.0]).failure.unwrap();
+        assert_eq!(again, failure);
+        assert_eq!(group.state(0), 7.0);
     }
 }

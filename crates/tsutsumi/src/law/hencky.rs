@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{ConstitutiveLaw, Increment, LawError, LeftCauchyGreen, LinearElastic};
+use super::{ClosedPathWork, ConstitutiveLaw, Increment, LawError, LeftCauchyGreen, LinearElastic};
 use crate::tensor::{Matrix3, Sym3};
 
 /// Hencky's elasticity: linear in the logarithmic strain, for strains of any size.
@@ -84,6 +84,11 @@ impl ConstitutiveLaw for Hencky {
         let factor = if excess < 1e-3 { 1.0 + excess * excess / 12.0 } else { (0.5 + 1.0 / excess) * excess.ln_1p() };
         let largest_tension = stress.to_matrix().symmetric_eigenvalues().max().max(0.0);
         self.small_strain().shear_modulus() * factor / ratio + largest_tension
+    }
+
+    /// The stress is the derivative of the energy W.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Zero
     }
 
     fn validate(&self) -> Result<(), LawError> {

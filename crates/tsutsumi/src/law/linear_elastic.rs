@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{ConstitutiveLaw, LawError};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError};
 use crate::tensor::{Matrix6, Sym3};
 
 /// Isotropic linear elasticity.
@@ -67,6 +67,11 @@ impl ConstitutiveLaw for LinearElastic {
 
     fn s_wave_modulus(&self, _stress: Sym3, _state: &()) -> f64 {
         self.shear_modulus()
+    }
+
+    /// The stress is the derivative of a quadratic energy.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Zero
     }
 
     fn validate(&self) -> Result<(), LawError> {

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::parameter::{require, require_positive};
-use super::{ConstitutiveLaw, LawError};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError};
 use crate::tensor::Sym3;
 
 /// Modified Cam-Clay: the critical-state law of soft clay, with elliptic yield surface and associated flow.
@@ -298,6 +298,11 @@ impl ConstitutiveLaw for ModifiedCamClay {
 
     fn s_wave_modulus(&self, stress: Sym3, state: &CamClayState) -> f64 {
         self.shear_modulus(self.bulk_modulus(stress, state))
+    }
+
+    /// Nothing: with Poisson's ratio elasticity has no energy, and with a constant shear modulus the surface still shrinks on the dry side.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Any
     }
 
     fn validate(&self) -> Result<(), LawError> {

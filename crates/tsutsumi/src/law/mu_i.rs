@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{ConstitutiveLaw, LawError, LinearElastic};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError, LinearElastic};
 use crate::tensor::Sym3;
 
 /// Granular flow by the μ(I) rheology: friction that grows with the rate of shear. Dry grains, without cohesion.
@@ -24,7 +24,7 @@ use crate::tensor::Sym3;
 /// (τ − μ_s p) α = (μ_2 p − τ) (τ' − τ)        α = I₀ G Δt √(p/ρ_s) / d        s = s' τ/τ'
 /// ```
 ///
-/// In steady shear it gives μ(I) whatever the step. A step of any length without a duration (element tests, rates of zero) flows at μ_s:
+/// In steady shear it gives μ(I) whatever the step. A step of any length without a duration (rates of zero) flows at μ_s:
 /// Drucker–Prager friction without dilatancy.
 ///
 /// The equations of μ(I) flow are ill-posed at small and at large I (Barker et al. 2015): fields at these rates depend on the grid.
@@ -128,6 +128,11 @@ impl ConstitutiveLaw for MuI {
 
     fn s_wave_modulus(&self, _stress: Sym3, _state: &MuIState) -> f64 {
         self.elasticity().shear_modulus()
+    }
+
+    /// Nothing: grains slide without opening, and a fall of the pressure between two slides wins work.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Any
     }
 
     fn validate(&self) -> Result<(), LawError> {

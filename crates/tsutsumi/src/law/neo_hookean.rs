@@ -1,6 +1,6 @@
 use serde::{Deserialize, Serialize};
 
-use super::{ConstitutiveLaw, Increment, LawError, LeftCauchyGreen, LinearElastic};
+use super::{ClosedPathWork, ConstitutiveLaw, Increment, LawError, LeftCauchyGreen, LinearElastic};
 use crate::tensor::{Matrix3, Sym3};
 
 /// Compressible neo-Hookean elasticity: rubber-like, for strains of any size.
@@ -75,6 +75,11 @@ impl ConstitutiveLaw for NeoHookean {
     /// Along an axis of stretch √b: μ b / J.
     fn s_wave_modulus(&self, _stress: Sym3, stretch: &Self::State) -> f64 {
         self.small_strain().shear_modulus() * stretch.largest() * (-stretch.log_volume_ratio()).exp()
+    }
+
+    /// The stress is the derivative of the energy W.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Zero
     }
 
     fn validate(&self) -> Result<(), LawError> {

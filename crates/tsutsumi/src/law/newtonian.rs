@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::liquid_pressure::LiquidPressure;
-use super::{ConstitutiveLaw, Increment, LawError};
+use super::{ClosedPathWork, ConstitutiveLaw, Increment, LawError};
 use crate::tensor::{Sym3, volume_ratio};
 
 /// A Newtonian fluid that is hard to compress: water, oil. It stands where other laws give the effective stress, so its body has no pores:
@@ -15,7 +15,7 @@ use crate::tensor::{Sym3, volume_ratio};
 ///
 /// The volume is that of the material point, J ← det(I + ∇u) J. Where it is larger than without pressure the fluid is apart and p = 0,
 /// unless it bears tension. Viscosity is explicit: steps have to stay below about ρ h²/(4 η), h the size of a cell, a limit that
-/// `step = "auto"` does not know. Without a duration (element tests) there is no viscous stress.
+/// `step = "auto"` does not know. Without a duration there is no viscous stress.
 ///
 /// # Reference
 ///
@@ -89,6 +89,11 @@ impl ConstitutiveLaw for Newtonian {
 
     fn s_wave_modulus(&self, _stress: Sym3, _state: &NewtonianState) -> f64 {
         0.0
+    }
+
+    /// Without a duration there is the pressure alone, a function of the volume.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Zero
     }
 
     fn validate(&self) -> Result<(), LawError> {

@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::substepping::{NoRates, PlasticRates, StressPoint, SubStepping};
-use super::{ConstitutiveLaw, LawError};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError};
 use crate::tensor::{Matrix3, Sym3};
 
 /// Cyclic elasto-plastic sand after Oka et al. (1999), the law behind LIQCA: reconstructed from memory, not read in a source.
@@ -377,6 +377,11 @@ impl ConstitutiveLaw for OkaCyclic {
 
     fn s_wave_modulus(&self, stress: Sym3, state: &Self::State) -> f64 {
         self.shear_modulus_per_root(state) * stress.pressure().max(self.least_pressure).sqrt()
+    }
+
+    /// Nothing: moduli follow the pressure without an energy behind them, and flow is not along the normal.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Any
     }
 
     fn validate(&self) -> Result<(), LawError> {

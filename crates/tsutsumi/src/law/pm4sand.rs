@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 
 use super::root_pressure::RootPressure;
 use super::substepping::{NoRates, PlasticRates, StressPoint, SubStepping};
-use super::{ConstitutiveLaw, LawError};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError};
 use crate::tensor::{Matrix3, Matrix6, Sym3};
 
 /// PM4Sand version 3.1: liquefaction of sand in plane strain, calibrated by relative density and cyclic strength.
@@ -784,6 +784,11 @@ impl ConstitutiveLaw for Pm4Sand {
             tangent.set_column(column, &((forward - backward).to_kelvin() / (2.0 * step)));
         }
         Ok(tangent)
+    }
+
+    /// Nothing: moduli follow the pressure without an energy behind them, and flow is not along the normal.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Any
     }
 
     fn validate(&self) -> Result<(), LawError> {

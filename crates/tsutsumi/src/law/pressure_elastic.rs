@@ -1,7 +1,7 @@
 use serde::{Deserialize, Serialize};
 
 use super::parameter::{require, require_positive};
-use super::{ConstitutiveLaw, LawError};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError};
 use crate::tensor::{Matrix6, Sym3};
 
 /// Elasticity of grains: stiffness grows with a power of the pressure, and no work is lost on closed paths.
@@ -178,6 +178,11 @@ impl ConstitutiveLaw for PressureElastic {
         let (_, shear_modulus) = self.frozen_moduli(&strained);
         let deviator = stress.deviator();
         shear_modulus + self.coupling(&strained) * 0.5 * deviator.double_dot(deviator)
+    }
+
+    /// The stress is the derivative of the energy W.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Zero
     }
 
     fn validate(&self) -> Result<(), LawError> {

@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 
 use super::root_pressure::RootPressure;
 use super::substepping::{NoRates, PlasticRates, StressPoint, SubStepping};
-use super::{ConstitutiveLaw, LawError};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError};
 use crate::tensor::{Matrix3, Sym3};
 
 /// SANISAND 2004: sand of any density by bounding surfaces, from monotonic loading to liquefaction.
@@ -379,6 +379,11 @@ impl ConstitutiveLaw for Sanisand {
 
     fn s_wave_modulus(&self, stress: Sym3, state: &Self::State) -> f64 {
         STIFFER_THAN_ELASTIC * self.shear_modulus(stress, state)
+    }
+
+    /// Nothing: moduli follow the pressure without an energy behind them, and flow is not along the normal.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::Any
     }
 
     fn validate(&self) -> Result<(), LawError> {

@@ -2,7 +2,7 @@ use serde::{Deserialize, Serialize};
 
 use super::meridian::{Meridian, Return};
 use super::parameter::{require, require_positive};
-use super::{ConstitutiveLaw, LawError, LinearElastic};
+use super::{ClosedPathWork, ConstitutiveLaw, LawError, LinearElastic};
 use crate::tensor::{Matrix6, Sym3};
 
 /// Von Mises plasticity: metals, and clay that fails without drainage, with linear hardening or softening.
@@ -110,6 +110,12 @@ impl ConstitutiveLaw for VonMises {
 
     fn s_wave_modulus(&self, _stress: Sym3, _state: &VonMisesState) -> f64 {
         self.elastic().shear_modulus()
+    }
+
+    /// Flow along the normal about linear elasticity. While the yield stress falls, a closed path that leaves a plastic strain ε^p behind
+    /// takes ½ (3G + H) (ε^p)² at least, and H > −3G.
+    fn closed_path_work(&self) -> ClosedPathWork {
+        ClosedPathWork::NotNegative
     }
 
     fn validate(&self) -> Result<(), LawError> {

@@ -1,4 +1,4 @@
-use crate::law::LawError;
+use crate::law::{LawError, Question};
 use crate::particles::{OutsideGrid, Particles};
 use crate::pressure::PressureError;
 
@@ -29,8 +29,10 @@ pub enum StepError {
         position: Vec<f64>,
         /// The time at the end of the step (s).
         time: f64,
+        /// What the law was asked; the group still holds the history.
+        question: Box<Question>,
         /// The law's reason.
-        source: LawError,
+        source: Box<LawError>,
     },
     /// The grid is too narrow for the shape function.
     #[error("the grid has {cells} cell(s) along axis {axis}, but the shape function needs {needed}")]

@@ -7,7 +7,7 @@ use super::viscosity::{Viscosity, remember, resist};
 use crate::boundary::Boundary;
 use crate::damping::Damping;
 use crate::grid::{ActiveSet, Grid, NodeFields};
-use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, MaterialGroup};
+use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, LawFailure, MaterialGroup};
 use crate::parallel::{self, Pieces, vectorized};
 use crate::particles::{Particles, Places};
 use crate::pressure::StepView;
@@ -108,11 +108,12 @@ impl<const D: usize> Motion<D> {
             let piece = Piece::new(particles, self.viscosity.felt(), all.clone());
             let outcome = parallel::fold(piece, GRAIN, &|piece| step.follow(piece), &BlockOutcome::and);
             self.strain_energy += outcome.work;
-            if let (None, Some((p, source))) = (&failure, outcome.failure) {
-                let particle = all.start + p;
+            if let (None, Some(failed)) = (&failure, outcome.failure) {
+                let LawFailure { particle, question, source } = *failed;
+                let (particle, question, source) = (all.start + particle, Box::new(question), Box::new(source));
                 let position = particles.position[particle].iter().copied().collect();
                 let material = group.name().to_owned();
-                failure = Some(StepError::Law { material, particle, position, time: at.time, source });
+                failure = Some(StepError::Law { material, particle, position, time: at.time, question, source });
             }
         }
         failure
