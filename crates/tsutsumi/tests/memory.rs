@@ -12,6 +12,8 @@ use tsutsumi_testkit::body::Body;
 /// A solver after two steps, and the memory (bytes) that it holds by then.
 fn measured<const D: usize>(build: impl Fn() -> Solver<D>) -> (Solver<D>, f64) {
     let mut kept = None;
+    // The pool of threads is nobody's body.
+    rayon::current_num_threads();
     let allocations = allocation_counter::measure(|| {
         let mut solver = build();
         (0..2).for_each(|_| assert!(solver.step(1e-4).is_ok()));
