@@ -104,7 +104,7 @@ struct RunArguments {
     /// Replace the results that the folder holds.
     #[arg(long)]
     force: bool,
-    /// Number of threads. Accepted for scripts; this version computes on one, and results never depend on it.
+    /// Number of threads [default: one for each physical core]. Results do not depend on it, bit for bit.
     #[arg(long, value_name = "N")]
     threads: Option<NonZeroUsize>,
     /// Print nothing but errors.
@@ -187,8 +187,16 @@ fn run_case(arguments: &RunArguments, registry: &Registry) -> u8 {
         force: arguments.force,
         allow_unstable: arguments.case.allow_unstable,
     };
+    let threads = arguments.threads.map_or_else(num_cpus::get_physical, NonZeroUsize::get);
+    let pool = match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
+        Ok(pool) => pool,
+        Err(error) => {
+            eprintln!("error: {threads} threads cannot be started: {error}");
+            return RUN_FAILED;
+        }
+    };
     let mut display = Display::new(arguments.quiet);
-    let result = run(&source, registry, &options, &mut display);
+    let result = pool.install(|| run(&source, registry, &options, &mut display));
     display.finish();
     match result {
         Ok(summary) => report(&summary, arguments.quiet),
