@@ -163,8 +163,11 @@ impl<L: ConstitutiveLaw> Group<L> {
         }
         self.turn(states, &mut old, increments, stresses.len());
         let mut new = old;
-        let failure = self.update_turned(states, &old, &mut new, increments, stresses.len());
-        let work = work(&old, &new, increments, volumes);
+        // Particles that fail do no work, nor do those that are not there.
+        let mut works = [0.0; BLOCK];
+        works[..stresses.len()].fill(1.0);
+        let failure = self.update_turned(states, &old, &mut new, increments, stresses.len(), &mut works);
+        let work = work(&old, &new, increments, volumes, works);
         for (p, stress) in stresses.iter_mut().enumerate() {
             *stress = tensor(&new, p);
         }
@@ -208,6 +211,7 @@ impl<L: ConstitutiveLaw> Group<L> {
         new: &mut [[f64; BLOCK]; 6],
         increments: &IncrementBlock,
         len: usize,
+        works: &mut [f64; BLOCK],
     ) -> Option<Box<LawFailure>> {
         let mut failure = None;
         for (p, state) in states.iter_mut().enumerate().take(len) {
@@ -220,10 +224,12 @@ impl<L: ConstitutiveLaw> Group<L> {
                         *state = new_state;
                     }
                 }
-                Err(error) if failure.is_none() => {
-                    failure = Some(LawFailure::of::<L>(p, tensor(old, p), &increments.at(p), error));
+                Err(error) => {
+                    works[p] = 0.0;
+                    if failure.is_none() {
+                        failure = Some(LawFailure::of::<L>(p, tensor(old, p), &increments.at(p), error));
+                    }
                 }
-                Err(_) => {}
             }
         }
         let mut size = [0.0; LANES];
@@ -241,6 +247,7 @@ impl<L: ConstitutiveLaw> Group<L> {
         for p in 0..len {
             if !tensor(new, p).is_finite() {
                 set_tensor(new, p, tensor(old, p));
+                works[p] = 0.0;
                 if failure.as_ref().is_none_or(|first| p < first.particle) {
                     let error = LawError::NotFinite { strain: tensor(&increments.strain, p) };
                     failure = Some(LawFailure::of::<L>(p, tensor(old, p), &increments.at(p), error));
@@ -251,15 +258,21 @@ impl<L: ConstitutiveLaw> Group<L> {
     }
 }
 
-/// Work of the mean stress of the step, Σ V ½ (σ' + σ'|t) : Δε (J).
+/// Work of the mean stress of the step, Σ V ½ (σ' + σ'|t) : Δε (J), over the particles for which `works` is not zero.
 #[inline(always)]
-fn work(old: &[[f64; BLOCK]; 6], new: &[[f64; BLOCK]; 6], increments: &IncrementBlock, volumes: &[f64]) -> f64 {
+fn work(
+    old: &[[f64; BLOCK]; 6],
+    new: &[[f64; BLOCK]; 6],
+    increments: &IncrementBlock,
+    volumes: &[f64],
+    mut works: [f64; BLOCK],
+) -> f64 {
     let mut volume = [0.0; BLOCK];
     volume[..volumes.len()].copy_from_slice(volumes);
-    let mut works = [0.0; BLOCK];
-    for p in 0..BLOCK {
+    for (p, work) in works.iter_mut().enumerate() {
         let mean = (tensor(old, p) + tensor(new, p)) * 0.5;
-        works[p] = volume[p] * mean.double_dot(tensor(&increments.strain, p));
+        let of_particle = volume[p] * mean.double_dot(tensor(&increments.strain, p));
+        *work = if *work == 0.0 { 0.0 } else { of_particle };
     }
     let mut work: Lanes = [0.0; LANES];
     for group in works[..volumes.len().next_multiple_of(LANES)].as_chunks::<LANES>().0 {
@@ -475,6 +488,77 @@ mod tests {
         assert!(matches!(*failure, LawFailure { particle: 1, source: LawError::NotFinite { .. }, .. }), "{failure:?}");
         assert_eq!(stresses[1], Sym3::diagonal(-1.0, -1.0, -1.0));
         assert!((stresses[0].xx - (-1.0 + 1.2)).abs() < 1e-12);
+    }
+
+    /// Elastic, with the strain so far as its history; compression beyond a limit has no answer.
+    struct Brittle;
+
+    impl ConstitutiveLaw for Brittle {
+        type State = Sym3;
+
+        fn update(&self, stress: Sym3, state: Sym3, strain: Sym3) -> Result<(Sym3, Sym3), LawError> {
+            match strain.trace() < -2e-3 {
+                true => Err(LawError::NoCompression { pressure: strain.trace() }),
+                false => Ok((stress + strain * 1e6 + state, state + strain)),
+            }
+        }
+
+        fn rotate_state(&self, state: Sym3, rotation: &Matrix3) -> Sym3 {
+            state.rotated(rotation)
+        }
+
+        fn p_wave_modulus(&self, _: Sym3, _: &Sym3) -> f64 {
+            1e6
+        }
+    }
+
+    /// Pseudo-random numbers from −½ to ½.
+    fn numbers() -> impl FnMut() -> f64 {
+        let mut state = 1_u64;
+        move || {
+            state = state.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+            (state >> 11) as f64 / (1_u64 << 53) as f64 - 0.5
+        }
+    }
+
+    /// Several particles at a time: the same stresses, histories and failures as one after the other, bit by bit.
+    fn blocks_are_updated_as_their_particles<L: ConstitutiveLaw<State: PartialEq + std::fmt::Debug>>(law: fn() -> L) {
+        for (len, in_plane) in [(64, true), (64, false), (13, true), (1, false)] {
+            let mut number = numbers();
+            let mut tensor = |size: f64| Sym3::from_kelvin(&nalgebra::Vector6::from_fn(|_, _| number() * size));
+            let stresses: Vec<Sym3> = (0..len).map(|_| tensor(1e3)).collect();
+            let mut block = IncrementBlock::within(0.1);
+            let mut number = numbers();
+            for p in 0..len {
+                block.strain.iter_mut().for_each(|component| component[p] = number() * 2e-3);
+                let axes = if in_plane { 2..3 } else { 0..3 };
+                block.spin[axes].iter_mut().for_each(|component| component[p] = number() * 0.1);
+            }
+            if len > 7 {
+                block.strain[0][7] = f64::NAN;
+            }
+            let increments: Vec<Increment> = (0..len).map(|p| block.at(p)).collect();
+            let volumes: Vec<f64> = (0..len).map(|p| 1.0 + p as f64).collect();
+            let (plain, lanes) =
+                (Group::new("soil", law(), 0..len, &stresses), Group::new("soil", law(), 0..len, &stresses));
+            let (mut plain_stresses, mut lanes_stresses) = (stresses.clone(), stresses);
+            let expected = plain.update_block(0, &mut plain_stresses, &increments, &volumes);
+            let outcome = lanes.update_aligned(0, &mut lanes_stresses, &block, &volumes);
+            assert_eq!(lanes_stresses, plain_stresses);
+            for p in (0..len).filter(|&p| p != 7) {
+                assert_eq!(lanes.state(p), plain.state(p));
+            }
+            let asked =
+                |failure: Option<Box<LawFailure>>| failure.map(|failure| (failure.particle, failure.question.stress));
+            assert_eq!(asked(outcome.failure), asked(expected.failure));
+            assert!((outcome.work - expected.work).abs() <= 1e-12 * expected.work.abs());
+        }
+    }
+
+    #[test]
+    fn blocks_are_updated_as_their_particles_with_and_without_history() {
+        blocks_are_updated_as_their_particles(|| LinearElastic { young: 1e6, poisson: 0.25 });
+        blocks_are_updated_as_their_particles(|| Brittle);
     }
 
     /// A law that answers nothing but rest.
