@@ -311,14 +311,15 @@ impl<const D: usize> Boundary<D> {
 
     /// Takes the mobility 1/m_I from the nodes' masses, zero where a support holds or there is no mass to move.
     pub fn hold(&self, active: &ActiveSet, nodes: &mut NodeFields<D>) {
-        for &node in active.nodes() {
-            let node = node as usize;
-            let mass = nodes.mass[node];
+        let masses = &nodes.mass;
+        active.change_nodes(&mut nodes.mobility, |_, node, mobility| {
+            let mass = masses[node];
             // A subnormal mass has no usable inverse; such a node is a particle exactly on the opposite grid line.
             let inverse = if mass > f64::MIN_POSITIVE { 1.0 / mass } else { 0.0 };
-            let fixed = self.fixed[node];
-            nodes.mobility[node] = Vector::from_fn(|axis, _| if fixed.contains(axis) { 0.0 } else { inverse });
-        }
+            for axis in 0..D {
+                mobility[axis] = if self.fixed[node].contains(axis) { 0.0 } else { inverse };
+            }
+        });
         self.tie_active(active, nodes);
     }
 

@@ -336,10 +336,8 @@ impl<const D: usize> NodeFields<D> {
         for tie in &self.ties {
             tie.gather(&mut self.acceleration);
         }
-        for &node in active.nodes() {
-            let node = node as usize;
-            self.acceleration[node] = self.acceleration[node].component_mul(&self.mobility[node]);
-        }
+        let mobility = &self.mobility;
+        active.change_nodes(&mut self.acceleration, |_, node, value| scale(value, &mobility[node]));
     }
 
     /// Turns momenta (kg m/s) of the nodes into velocities (m/s), as [`Self::forces_to_accelerations`] does with forces.
@@ -347,19 +345,22 @@ impl<const D: usize> NodeFields<D> {
         for tie in &self.ties {
             tie.gather(field);
         }
-        for &node in active.nodes() {
-            let node = node as usize;
-            field[node] = field[node].component_mul(&self.mobility[node]);
-        }
+        active.change_nodes(field, |_, node, value| scale(value, &self.mobility[node]));
     }
 
     /// Sets the sums of the active nodes to zero.
     pub fn clear(&mut self, active: &ActiveSet) {
-        for &node in active.nodes() {
-            self.mass[node as usize] = 0.0;
-            self.velocity_old[node as usize] = Vector::zeros();
-            self.force[node as usize] = Vector::zeros();
-        }
+        active.change_nodes(&mut self.mass, |_, _, mass| *mass = 0.0);
+        active.change_nodes(&mut self.velocity_old, |_, _, momentum| *momentum = Vector::zeros());
+        active.change_nodes(&mut self.force, |_, _, force| *force = Vector::zeros());
+    }
+}
+
+/// Component by component.
+#[inline(always)]
+fn scale<const D: usize>(vector: &mut Vector<D>, factors: &Vector<D>) {
+    for axis in 0..D {
+        vector[axis] *= factors[axis];
     }
 }
 

@@ -12,7 +12,6 @@ mod envelope;
 mod geometry;
 mod lattice;
 mod multigrid;
-mod nodal;
 mod particle_pressure;
 mod passage;
 mod stencil_matrix;

@@ -285,16 +285,21 @@ impl<const D: usize> Solver<D> {
 impl<const D: usize> NodeFields<D> {
     /// Adds m_I b to the forces.
     fn add_gravity(&mut self, active: &ActiveSet, gravity: Vector<D>) {
-        for &node in active.nodes() {
-            self.force[node as usize] += gravity * self.mass[node as usize];
-        }
+        let mass = &self.mass;
+        active.change_nodes(&mut self.force, |_, node, force| {
+            for axis in 0..D {
+                force[axis] += gravity[axis] * mass[node];
+            }
+        });
     }
 
     /// v_I^L = v_I + Δt a_I.
     fn advance(&mut self, active: &ActiveSet, dt: f64) {
-        for &node in active.nodes() {
-            let node = node as usize;
-            self.velocity[node] = self.velocity_old[node] + self.acceleration[node] * dt;
-        }
+        let NodeFields { velocity, velocity_old, acceleration, .. } = self;
+        active.change_nodes(velocity, |_, node, velocity| {
+            for axis in 0..D {
+                velocity[axis] = velocity_old[node][axis] + acceleration[node][axis] * dt;
+            }
+        });
     }
 }

@@ -316,6 +316,27 @@ fn scatter<S: ShapeFunction, const D: usize>(
     });
 }
 
+/// Adds N_I A (x_I − X_p) of a point to the nodes from number `first` on; A stands column by column.
+#[inline(always)]
+fn add_affine<S: ShapeFunction, const D: usize>(
+    stencil: &Stencil<D>,
+    spacing: &Vector<D>,
+    columns: &[[f64; D]; D],
+    first: usize,
+    nodes: &mut [Vector<D>],
+) {
+    stencil.visit::<S>(|local, node, value, _| {
+        let arm = stencil.arm::<S>(spacing, local);
+        let at_node = &mut nodes[node - first];
+        for (j, column) in columns.iter().enumerate() {
+            let weighted = arm[j] * value;
+            for (i, component) in column.iter().enumerate() {
+                at_node[i] += component * weighted;
+            }
+        }
+    });
+}
+
 impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
     fn stencil_len(&self) -> usize {
         S::WIDTH.pow(D as u32)
@@ -430,16 +451,24 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
     }
 
     fn velocity_moments(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], moments: &mut [Matrix<D>]) {
+        let spacing = grid.spacing();
         parallel::for_each((moments, 0..places.position.len()), GRAIN, &|(moments, range): (
             &mut [Matrix<D>],
             Range<usize>,
         )| {
             for (p, moment) in range.zip(moments) {
-                *moment = Matrix::zeros();
-                Stencil::of_particle(self, grid, places, p).visit::<S>(|_, node, value, _| {
-                    let arm = grid.node_position(node) - places.position[p];
-                    *moment += at_nodes[node] * arm.transpose() * value;
+                let stencil = Stencil::of_particle(self, grid, places, p);
+                let mut sum = [[0.0; D]; D];
+                stencil.visit::<S>(|local, node, value, _| {
+                    let arm = stencil.arm::<S>(&spacing, local);
+                    for i in 0..D {
+                        let weighted = at_nodes[node][i] * value;
+                        for j in 0..D {
+                            sum[j][i] += weighted * arm[j];
+                        }
+                    }
                 });
+                *moment = Matrix::from(sum);
             }
         });
     }
@@ -456,25 +485,23 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
             return;
         }
         // Nearer than this to a grid line (squared spacings) the moment is lost in round-off.
-        let least = grid.spacing().component_mul(&grid.spacing()) * 1e-12;
+        let spacing = grid.spacing();
+        let least = spacing.component_mul(&spacing) * 1e-12;
         let places = particles.places();
         let nodes = NodeSums::of_momentum(momentum);
         Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
             for &p in slots.flat_map(|slot| active.particles_of(slot)) {
                 let p = p as usize;
                 let stencil = Stencil::of_particle(self, grid, places, p);
-                let mut spread = Vector::<D>::zeros();
-                stencil.visit::<S>(|_, node, value, _| {
-                    let arm = grid.node_position(node) - places.position[p];
-                    spread += arm.component_mul(&arm) * value;
-                });
-                let inverse =
-                    Vector::from_fn(|axis, _| if spread[axis] > least[axis] { 1.0 / spread[axis] } else { 0.0 });
-                let moment = moments[p] * particles.mass[p];
-                stencil.visit::<S>(|_, node, value, _| {
-                    let arm = grid.node_position(node) - places.position[p];
-                    nodes.momentum[node - nodes.first] += moment * arm.component_mul(&inverse) * value;
-                });
+                let spread = stencil.second_moments::<S>(&spacing);
+                let mut gradient = [[0.0; D]; D];
+                for j in 0..D {
+                    let inverse = if spread[j] > least[j] { particles.mass[p] / spread[j] } else { 0.0 };
+                    for i in 0..D {
+                        gradient[j][i] = moments[p][(i, j)] * inverse;
+                    }
+                }
+                add_affine::<S, D>(&stencil, &spacing, &gradient, nodes.first, nodes.momentum);
             }
         });
     }
@@ -491,9 +518,19 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
             return;
         }
         let nodes = NodeSums::of_momentum(momentum);
-        scatter(self, grid, active, particles.places(), nodes, |nodes, node, p, value, _| {
-            let arm = grid.node_position(node + nodes.first) - particles.position[p];
-            nodes.momentum[node] += gradients[p] * arm * (particles.mass[p] * value);
+        let spacing = grid.spacing();
+        Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
+            for &p in slots.flat_map(|slot| active.particles_of(slot)) {
+                let p = p as usize;
+                let stencil = Stencil::of_particle(self, grid, particles.places(), p);
+                let mut gradient = [[0.0; D]; D];
+                for j in 0..D {
+                    for i in 0..D {
+                        gradient[j][i] = gradients[p][(i, j)] * particles.mass[p];
+                    }
+                }
+                add_affine::<S, D>(&stencil, &spacing, &gradient, nodes.first, nodes.momentum);
+            }
         });
     }
 

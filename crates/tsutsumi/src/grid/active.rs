@@ -1,4 +1,8 @@
 use super::vec_bytes;
+use crate::parallel::{self, Pieces};
+
+/// Nodes that one thread takes at a time.
+const GRAIN: usize = 2048;
 
 /// The cells that hold particles and the nodes they touch, in ascending order, and the particles of each cell.
 ///
@@ -111,6 +115,16 @@ impl ActiveSet {
         &self.nodes
     }
 
+    /// Changes the values of a field at the active nodes, on all threads: `change(place among the active nodes, node, value)`.
+    pub(crate) fn change_nodes<T: Send>(&self, values: &mut [T], change: impl Fn(usize, usize, &mut T) + Sync) {
+        let work = |piece: ActiveValues<T>| {
+            for (number, &node) in piece.nodes.iter().enumerate() {
+                change(piece.place + number, node as usize, &mut piece.values[node as usize - piece.first]);
+            }
+        };
+        parallel::for_each(ActiveValues { nodes: &self.nodes, place: 0, first: 0, values }, GRAIN, &work);
+    }
+
     /// All particles, cell after cell, those of a cell in ascending order.
     pub fn particles(&self) -> &[u32] {
         &self.particles
@@ -141,6 +155,32 @@ impl ActiveSet {
     }
 }
 
+/// The values of a field at some active nodes, in ascending order, and around them.
+struct ActiveValues<'a, T> {
+    nodes: &'a [u32],
+    /// The place of the first node among the active ones.
+    place: usize,
+    /// The node whose values come first.
+    first: usize,
+    values: &'a mut [T],
+}
+
+impl<T: Send> Pieces for ActiveValues<'_, T> {
+    fn count(&self) -> usize {
+        self.nodes.len()
+    }
+
+    fn cut(self, at: usize) -> (Self, Self) {
+        let (left, right) = self.nodes.split_at(at);
+        let first = right.first().map_or(self.first + self.values.len(), |&node| node as usize);
+        let (lower, upper) = self.values.split_at_mut(first - self.first);
+        (
+            ActiveValues { nodes: left, place: self.place, first: self.first, values: lower },
+            ActiveValues { nodes: right, place: self.place + at, first, values: upper },
+        )
+    }
+}
+
 impl ActiveSet {
     /// The memory of the lists (bytes).
     pub(crate) fn bytes(&self) -> usize {
@@ -155,6 +195,20 @@ mod tests {
     use super::*;
     use crate::grid::Grid;
     use crate::tensor::Vector;
+
+    #[test]
+    fn active_nodes_are_changed_and_others_left() {
+        let grid = Grid::new(Vector::<1>::zeros(), Vector::<1>::repeat(1.0), [19_999]).unwrap();
+        let mut active = ActiveSet::new(&grid);
+        active
+            .update(&[0], |_, touched| (0..20_000).filter(|node| node % 3 != 1).for_each(|node| touched[node] = true));
+        let mut values = vec![-1.0; 20_000];
+        active.change_nodes(&mut values, |place, node, value| *value = (place + node) as f64);
+        for (node, &value) in values.iter().enumerate() {
+            let place = active.nodes().binary_search(&(node as u32));
+            assert_eq!(value, place.map_or(-1.0, |place| (place + node) as f64));
+        }
+    }
 
     #[test]
     fn an_updated_set_forgets_the_old_one() {

@@ -244,10 +244,10 @@ impl<L: ConstitutiveLaw> Group<L> {
         if size.iter().sum::<f64>().is_finite() {
             return failure;
         }
-        for p in 0..len {
+        for (p, works) in works.iter_mut().enumerate().take(len) {
             if !tensor(new, p).is_finite() {
                 set_tensor(new, p, tensor(old, p));
-                works[p] = 0.0;
+                *works = 0.0;
                 if failure.as_ref().is_none_or(|first| p < first.particle) {
                     let error = LawError::NotFinite { strain: tensor(&increments.strain, p) };
                     failure = Some(LawFailure::of::<L>(p, tensor(old, p), &increments.at(p), error));

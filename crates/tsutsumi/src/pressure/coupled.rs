@@ -4,7 +4,6 @@ use super::checkerboard::Checkerboard;
 use super::conjugate_gradient::Breakdown;
 use super::envelope::Envelope;
 use super::geometry::{FilledBox, Surface, fill_boxes, smallest_fill};
-use super::nodal;
 use super::particle_pressure::{CellPressure, ParticlePressure};
 use super::stencil_matrix::GRAIN;
 use super::tied::TiedCells;
@@ -364,12 +363,14 @@ impl<const D: usize> Coupled<D> {
     fn relax_nodes(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
         let per_conductivity = if self.fluid_inertia { self.fluid.density / self.fluid.unit_weight } else { 0.0 };
         let Coupled { topology, cells, relaxation, compliance, .. } = self;
-        nodal::set(at.active.nodes(), relaxation, |i, _| {
+        at.active.change_nodes(relaxation, |i, _, value| {
             let around = topology.slots_of_node(i);
             let sum: f64 = around.iter().map(|&slot| cells[slot as usize].conductivity).sum();
-            Vector::repeat(at.dt - per_conductivity * sum / around.len() as f64)
+            *value = Vector::repeat(at.dt - per_conductivity * sum / around.len() as f64);
         });
-        nodal::set(at.active.nodes(), compliance, |_, node| nodes.mobility[node].component_mul(&relaxation[node]));
+        at.active.change_nodes(compliance, |_, node, value| {
+            *value = nodes.mobility[node].component_mul(&relaxation[node]);
+        });
         self.relax_ties(at, nodes);
     }
 
@@ -421,21 +422,20 @@ impl<const D: usize> Coupled<D> {
     fn force_out_of_balance(&mut self, at: &StepView<D>, nodes: &mut NodeFields<D>) {
         self.topology.push_nodes(at, &self.divergence, &self.solution, &mut self.nodal);
         let (force, pushed) = (&nodes.force, &self.nodal);
-        nodal::set(at.active.nodes(), &mut nodes.acceleration, |_, node| force[node] + pushed[node]);
+        at.active.change_nodes(&mut nodes.acceleration, |_, node, value| *value = force[node] + pushed[node]);
     }
 
     /// C p|t − K_vᵀ [v + c M⁻¹ F] − q_g, into `right`.
     fn fill_right_side(&mut self, at: &StepView<D>, cells: &CellFields, nodes: &NodeFields<D>) {
         let Coupled { nodal: values, relaxation, topology, divergence, rows, right, cells: of_cells, .. } = self;
-        nodal::set(at.active.nodes(), values, |_, node| nodes.force[node]);
+        at.active.change_nodes(values, |_, node, value| *value = nodes.force[node]);
         for tie in &nodes.ties {
             tie.gather(values);
         }
-        for &node in at.active.nodes() {
-            let node = node as usize;
-            let pushed = values[node].component_mul(&nodes.mobility[node]);
-            values[node] = nodes.velocity_old[node] + pushed.component_mul(&relaxation[node]);
-        }
+        at.active.change_nodes(values, |_, node, value| {
+            let pushed = value.component_mul(&nodes.mobility[node]);
+            *value = nodes.velocity_old[node] + pushed.component_mul(&relaxation[node]);
+        });
         let work = |(right, rows, slots): (&mut [f64], &mut [f64], Range<usize>)| {
             for ((right, row), slot) in right.iter_mut().zip(rows).zip(slots) {
                 *row = cells.pressure_old[at.active.cells()[slot] as usize];
@@ -725,9 +725,9 @@ impl Topology {
         pressure: &[f64],
         nodal: &mut [Vector<D>],
     ) {
-        nodal::set(at.active.nodes(), nodal, |i, _| {
+        at.active.change_nodes(nodal, |i, _, value| {
             let around = self.cells_of_node(i).iter().zip(self.slots_of_node(i));
-            around.map(|(&entry, &slot)| divergence[entry as usize] * pressure[slot as usize]).sum()
+            *value = around.map(|(&entry, &slot)| divergence[entry as usize] * pressure[slot as usize]).sum();
         });
     }
 }

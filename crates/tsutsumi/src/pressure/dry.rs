@@ -11,9 +11,8 @@ pub struct Dry;
 impl<const D: usize> NodeFields<D> {
     /// Puts the forces (N) where the accelerations will stand.
     fn acceleration_from_forces(&mut self, at: &StepView<D>) {
-        for &node in at.active.nodes() {
-            self.acceleration[node as usize] = self.force[node as usize];
-        }
+        let force = &self.force;
+        at.active.change_nodes(&mut self.acceleration, |_, node, acceleration| *acceleration = force[node]);
     }
 }
 

@@ -9,6 +9,8 @@ pub(super) struct Stencil<const D: usize> {
     pub(super) strides: [usize; D],
     pub(super) weights: [Weights; D],
     pub(super) inverse_spacing: Vector<D>,
+    /// From the point to the first node, in spacings, along each axis.
+    to_first: [f64; D],
 }
 
 impl<const D: usize> Stencil<D> {
@@ -25,11 +27,14 @@ impl<const D: usize> Stencil<D> {
         let on_axis = |axis: usize| CellOnAxis { cell: index[axis], num_cells: grid.cells()[axis] };
         let mut first_node = 0;
         let mut weights = [Weights::default(); D];
+        let mut to_first = [0.0; D];
         for axis in 0..D {
-            first_node += shape.first_node(on_axis(axis)) * strides[axis];
+            let first = shape.first_node(on_axis(axis));
+            first_node += first * strides[axis];
+            to_first[axis] = f64::from(first as u32) - place[axis];
             weights[axis] = shape.weights(on_axis(axis), place[axis], half_size[axis]);
         }
-        Stencil { first_node, strides, weights, inverse_spacing: grid.inverse_spacing() }
+        Stencil { first_node, strides, weights, inverse_spacing: grid.inverse_spacing(), to_first }
     }
 
     /// The stencil of a particle that is inside the grid.
@@ -80,6 +85,32 @@ impl<const D: usize> Stencil<D> {
                 visit(row * S::WIDTH + k, first_node + k, value * value_x, gradient);
             }
         }
+    }
+
+    /// From the point to node number `local` of the stencil (m), x_I − X_p.
+    #[inline(always)]
+    pub(super) fn arm<S: ShapeFunction>(&self, spacing: &Vector<D>, local: usize) -> Vector<D> {
+        let mut rest = local;
+        let mut arm = *spacing;
+        for axis in 0..D {
+            let k = rest % S::WIDTH;
+            rest /= S::WIDTH;
+            arm[axis] *= self.to_first[axis] + f64::from(k as u32);
+        }
+        arm
+    }
+
+    /// The diagonal of Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (m²): shape functions are products over the axes whose values sum to 1.
+    #[inline(always)]
+    pub(super) fn second_moments<S: ShapeFunction>(&self, spacing: &Vector<D>) -> Vector<D> {
+        let mut moments = Vector::zeros();
+        for axis in 0..D {
+            for k in 0..S::WIDTH {
+                let arm = (self.to_first[axis] + f64::from(k as u32)) * spacing[axis];
+                moments[axis] += self.weights[axis].value[k] * arm * arm;
+            }
+        }
+        moments
     }
 
     /// The first of the nodes along x that make row `number` of a stencil of this width.
