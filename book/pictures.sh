@@ -79,7 +79,7 @@ element_test cam-clay-undrained stress-path cam-clay-stress-path
 element_test cam-clay-isotropic compression cam-clay-isotropic
 element_test pressure-elastic-isotropic pressure pressure-elastic-isotropic
 element_test newtonian-shear-rates shear-stress-strain newtonian-shear-rates
-element_test bingham-shear-rates shear-stress-over-time bingham-shear-rates
+element_test bingham-shear-rates shear-stress-strain bingham-shear-rates
 element_test mu-i-shear-rates shear-stress-strain mu-i-shear-rates
 element_test von-mises-cyclic-shear shear-stress-strain von-mises-shear
 element_test drucker-prager-softening stress-strain drucker-prager-softening
