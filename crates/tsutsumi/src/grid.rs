@@ -181,10 +181,16 @@ impl<const D: usize> Grid<D> {
     pub fn index_of(&self, in_spacings: &Vector<D>) -> [usize; D] {
         let mut index = [0; D];
         for axis in 0..D {
-            // Fewer than 2³⁰ cells: 32 bits are enough, and faster.
-            index[axis] = (in_spacings[axis] as u32 as usize).min(self.cells[axis] - 1);
+            index[axis] = self.index_on(axis, in_spacings[axis]);
         }
         index
+    }
+
+    /// The same along one axis.
+    #[inline(always)]
+    pub(crate) fn index_on(&self, axis: usize, in_spacings: f64) -> usize {
+        // Fewer than 2³⁰ cells: 32 bits are enough, and faster.
+        (in_spacings as u32 as usize).min(self.cells[axis] - 1)
     }
 
     /// The cell that holds a point (m); `None` outside the grid or when a coordinate is not a number.

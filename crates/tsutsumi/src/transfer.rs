@@ -293,6 +293,23 @@ pub trait Transfer<const D: usize>: Send + Sync {
 /// Particles that one thread takes at a time.
 pub(crate) const GRAIN: usize = 32 * BLOCK;
 
+/// Calls `add(nodes, particle, stencil)` for all particles, band by band.
+fn for_each_particle<S: ShapeFunction, const D: usize>(
+    shape: &S,
+    grid: &Grid<D>,
+    active: &ActiveSet,
+    places: Places<D>,
+    nodes: NodeSums<D>,
+    add: impl Fn(&mut NodeSums<D>, usize, &Stencil<D>) + Sync,
+) {
+    Bands::new(shape, grid, active).sum(nodes, &|slots: Range<usize>, mut nodes: NodeSums<D>| {
+        for &p in slots.flat_map(|slot| active.particles_of(slot)) {
+            let p = p as usize;
+            add(&mut nodes, p, &Stencil::of_particle(shape, grid, places, p));
+        }
+    });
+}
+
 /// Calls `add(nodes, node - nodes.first, particle, N, ∇N)` for all particles and the nodes of their stencils, band by band.
 fn scatter<S: ShapeFunction, const D: usize>(
     shape: &S,
@@ -302,17 +319,11 @@ fn scatter<S: ShapeFunction, const D: usize>(
     nodes: NodeSums<D>,
     add: impl Fn(&mut NodeSums<D>, usize, usize, f64, Vector<D>) + Sync,
 ) {
-    Bands::new(shape, grid, active).sum(nodes, &|slots: Range<usize>, mut nodes: NodeSums<D>| {
-        for slot in slots {
-            for &p in active.particles_of(slot) {
-                let p = p as usize;
-                let stencil = Stencil::of_particle(shape, grid, places, p);
-                stencil.visit::<S>(|_, node, value, gradient| {
-                    let node = node - nodes.first;
-                    add(&mut nodes, node, p, value, Vector::from(gradient));
-                });
-            }
-        }
+    for_each_particle(shape, grid, active, places, nodes, |nodes, p, stencil| {
+        stencil.visit::<S>(|_, node, value, gradient| {
+            let node = node - nodes.first;
+            add(nodes, node, p, value, Vector::from(gradient));
+        });
     });
 }
 
@@ -487,22 +498,17 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         // Nearer than this to a grid line (squared spacings) the moment is lost in round-off.
         let spacing = grid.spacing();
         let least = spacing.component_mul(&spacing) * 1e-12;
-        let places = particles.places();
         let nodes = NodeSums::of_momentum(momentum);
-        Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
-            for &p in slots.flat_map(|slot| active.particles_of(slot)) {
-                let p = p as usize;
-                let stencil = Stencil::of_particle(self, grid, places, p);
-                let spread = stencil.second_moments::<S>(&spacing);
-                let mut gradient = [[0.0; D]; D];
-                for j in 0..D {
-                    let inverse = if spread[j] > least[j] { particles.mass[p] / spread[j] } else { 0.0 };
-                    for i in 0..D {
-                        gradient[j][i] = moments[p][(i, j)] * inverse;
-                    }
+        for_each_particle(self, grid, active, particles.places(), nodes, |nodes, p, stencil| {
+            let spread = stencil.second_moments::<S>(&spacing);
+            let mut gradient = [[0.0; D]; D];
+            for j in 0..D {
+                let inverse = if spread[j] > least[j] { particles.mass[p] / spread[j] } else { 0.0 };
+                for i in 0..D {
+                    gradient[j][i] = moments[p][(i, j)] * inverse;
                 }
-                add_affine::<S, D>(&stencil, &spacing, &gradient, nodes.first, nodes.momentum);
             }
+            add_affine::<S, D>(stencil, &spacing, &gradient, nodes.first, nodes.momentum);
         });
     }
 
@@ -519,18 +525,14 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         }
         let nodes = NodeSums::of_momentum(momentum);
         let spacing = grid.spacing();
-        Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
-            for &p in slots.flat_map(|slot| active.particles_of(slot)) {
-                let p = p as usize;
-                let stencil = Stencil::of_particle(self, grid, particles.places(), p);
-                let mut gradient = [[0.0; D]; D];
-                for j in 0..D {
-                    for i in 0..D {
-                        gradient[j][i] = gradients[p][(i, j)] * particles.mass[p];
-                    }
+        for_each_particle(self, grid, active, particles.places(), nodes, |nodes, p, stencil| {
+            let mut gradient = [[0.0; D]; D];
+            for j in 0..D {
+                for i in 0..D {
+                    gradient[j][i] = gradients[p][(i, j)] * particles.mass[p];
                 }
-                add_affine::<S, D>(&stencil, &spacing, &gradient, nodes.first, nodes.momentum);
             }
+            add_affine::<S, D>(stencil, &spacing, &gradient, nodes.first, nodes.momentum);
         });
     }
 
@@ -604,13 +606,9 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         nodes: &mut NodeFields<D>,
     ) {
         let nodes = NodeSums::of_force(&mut nodes.force);
-        Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
-            for &p in slots.flat_map(|slot| active.particles_of(slot)) {
-                let p = p as usize;
-                let force = of_particle(p) * particles.mass[p];
-                Stencil::of_particle(self, grid, particles.places(), p)
-                    .visit::<S>(|_, node, value, _| nodes.force[node - nodes.first] += force * value);
-            }
+        for_each_particle(self, grid, active, particles.places(), nodes, |nodes, p, stencil| {
+            let force = of_particle(p) * particles.mass[p];
+            stencil.visit::<S>(|_, node, value, _| nodes.force[node - nodes.first] += force * value);
         });
     }
 

@@ -10,7 +10,7 @@ pub(crate) const LANES: usize = 8;
 /// One number for each of some particles.
 pub(crate) type Lanes = [f64; LANES];
 
-/// The motions of the particles of a block in a step, component by component, and zeros beyond its last particle.
+/// The motions of the particles of a block in a step, component by component. Beyond its last particle stands anything.
 #[derive(Debug, Clone)]
 pub struct IncrementBlock {
     /// Components xx, yy, zz, xy, yz, zx of the strain increments (–).

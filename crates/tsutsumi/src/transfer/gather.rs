@@ -10,7 +10,7 @@ use crate::tensor::{Matrix, Vector};
 /// Particles side by side in one vector.
 const LANES: usize = 4;
 
-/// What one particle finds on the grid: the plain sums, which [`gather_block`] does for several particles at a time.
+/// What one particle finds on the grid: the plain sums, which [`GatherBlock`] makes for several particles at a time.
 #[inline(always)]
 pub(super) fn gather_plainly<S: ShapeFunction, const D: usize>(
     shape: &S,
@@ -88,7 +88,7 @@ impl<V: Vectors, const D: usize> Stencils<V, D> {
             for l in 0..LANES {
                 let p = (start + l).min(last);
                 let place = (places.position[p][axis] - origin) * inverse_spacing;
-                let at = CellOnAxis { cell: (place as u32 as usize).min(num_cells - 1), num_cells };
+                let at = CellOnAxis { cell: grid.index_on(axis, place), num_cells };
                 let half_size = if S::REACH > 0.0 { half_sizes[p][axis] * inverse_spacing } else { 0.0 };
                 weights[l] = shape.weights(at, place, half_size);
                 first_node[l] += shape.first_node(at) * strides[axis];
