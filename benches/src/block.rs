@@ -199,7 +199,7 @@ impl Block {
             ("mpm1", Box::new(Mpm1)),
             ("mpm2", Box::new(Mpm2)),
             ("flip", Box::new(Flip { share: 0.99 })),
-            ("apic", Box::new(Apic::default())),
+            ("apic", Box::new(Apic)),
         ];
         choose("velocity update", &self.update, updates)
     }

@@ -42,8 +42,8 @@ pub fn velocity_updates<const D: usize>(method: &Method) -> Vec<(&'static str, B
         ("mpm1", Box::new(Mpm1)),
         ("mpm2", Box::new(Mpm2)),
         ("flip", Box::new(Flip { share: method.flip_share })),
-        ("apic", Box::new(Apic::default())),
-        ("tpic", Box::new(Tpic::default())),
+        ("apic", Box::new(Apic)),
+        ("tpic", Box::new(Tpic)),
         ("xpic", Box::new(Xpic::new(method.xpic_order))),
         ("fmpm", Box::new(Fmpm::new(method.fmpm_order))),
     ]

@@ -17,7 +17,7 @@ use self::unknowns::Unknowns;
 use tsutsumi::boundary::Boundary;
 use tsutsumi::grid::{ActiveSet, CellFields, Grid, NodeFields};
 use tsutsumi::law::{Increment, LawError, MaterialGroup, Question};
-use tsutsumi::particles::{OutsideGrid, Particles};
+use tsutsumi::particles::{LocalMotion, OutsideGrid, Particles};
 use tsutsumi::pressure::{Fluid, PressureReport};
 use tsutsumi::shape::Linear;
 use tsutsumi::solver::{Clock, StepReport};
@@ -229,7 +229,7 @@ impl<const D: usize> FiniteElements<D> {
         let mut active = ActiveSet::new(grid);
         active.update(&points.cell, |cells, touched| Linear.touch_nodes(grid, cells, touched));
         let mut sums = NodeFields::new(grid);
-        Linear.particles_to_nodes(grid, &active, points, &mut sums);
+        Linear.particles_to_nodes(grid, &active, points, LocalMotion::Nothing, &mut sums);
         parts.boundary.hold(&active, &mut sums);
         let unknowns = Unknowns::new(grid, &active, &sums, parts.fluid.is_some());
         let continuity = Continuity::new(&parts, &active);
@@ -366,7 +366,7 @@ impl<const D: usize> FiniteElements<D> {
         let Parts { grid, points, boundary, gravity, .. } = &mut self.parts;
         std::mem::swap(&mut points.stress, &mut self.trial_stress);
         self.sums.clear(&self.active);
-        Linear.particles_to_nodes(grid, &self.active, points, &mut self.sums);
+        Linear.particles_to_nodes(grid, &self.active, points, LocalMotion::Nothing, &mut self.sums);
         std::mem::swap(&mut points.stress, &mut self.trial_stress);
         let mut largest: f64 = 0.0;
         let mut note = |force: &Vector<D>| largest = largest.max(force.amax());

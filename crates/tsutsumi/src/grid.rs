@@ -190,7 +190,7 @@ impl<const D: usize> Grid<D> {
     #[inline(always)]
     pub(crate) fn index_on(&self, axis: usize, in_spacings: f64) -> usize {
         // Fewer than 2³⁰ cells: 32 bits are enough, and faster.
-        (in_spacings as u32 as usize).min(self.cells[axis] - 1)
+        (in_spacings as i32).clamp(0, self.cells[axis] as i32 - 1) as usize
     }
 
     /// The cell that holds a point (m); `None` outside the grid or when a coordinate is not a number.

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use crate::grid::{Grid, SideSet, vec_bytes};
 use crate::parallel;
-use crate::tensor::{Sym3, Vector};
+use crate::tensor::{Matrix, Sym3, Vector};
 
 /// Particles that one thread locates at a time.
 const GRAIN: usize = 8192;
@@ -46,6 +46,37 @@ pub struct Particles<const D: usize> {
     pub drained: Vec<SideSet>,
     /// The cell of the grid that holds the particle.
     pub cell: Vec<u32>,
+    /// What the velocity update keeps of the motion around the particle, as its [`LocalMotion`] says; empty where it keeps nothing.
+    pub local_motion: Vec<Matrix<D>>,
+}
+
+/// What a velocity update keeps of the motion around each particle, and gives to the nodes in the next step besides the velocity V_p.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum LocalMotion {
+    /// Nothing: a particle moves as a point.
+    #[default]
+    Nothing,
+    /// The first moments B_p of the velocity of the nodes (m²/s).
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// B_p = Σ_I N_I(X_p) v_I ⊗ (x_I − X_p)
+    /// m_I v_I ← … + Σ_p M_p N_I(X_p) B_p D_p⁻¹ (x_I − X_p)      D_p = Σ_I N_I(X_p) (x_I − X_p) ⊗ (x_I − X_p)
+    /// ```
+    ///
+    /// D_p is diagonal, since the shape functions are products over the axes that reproduce linear fields. Along an axis where
+    /// a particle lies on a grid line, and linear shape functions leave it no nodes to both sides, it has no moment to give.
+    Moments,
+    /// The gradient of the velocity of the nodes (1/s), component ij = ∂v_i/∂x_j.
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// ∇v_p = Σ_I v_I ⊗ ∇N_I(X_p)
+    /// m_I v_I ← … + Σ_p M_p N_I(X_p) ∇v_p (x_I − X_p)
+    /// ```
+    Gradient,
 }
 
 /// Where some particles are, and their boxes: what a shape function asks.
@@ -146,6 +177,14 @@ impl<const D: usize> Particles<D> {
         self.volume[particle] = volume;
     }
 
+    /// Sets the motion around the particles to zero, with room for it if a velocity update keeps any.
+    pub fn keep(&mut self, local_motion: LocalMotion) {
+        self.local_motion = match local_motion {
+            LocalMotion::Nothing => Vec::new(),
+            LocalMotion::Moments | LocalMotion::Gradient => vec![Matrix::zeros(); self.len()],
+        };
+    }
+
     /// Finds the cell of every particle. Returns true when any particle changed its cell.
     ///
     /// # Errors
@@ -219,10 +258,11 @@ impl<const D: usize> Particles<D> {
             conductivity,
             drained,
             cell,
+            local_motion,
         } = self;
         let vectors = [position, velocity, half_size, half_size_at_start].map(vec_bytes);
         let numbers = [mass, volume, pressure, porosity, conductivity].map(vec_bytes);
-        let others = [vec_bytes(stress), vec_bytes(drained), vec_bytes(cell)];
+        let others = [vec_bytes(stress), vec_bytes(drained), vec_bytes(cell), vec_bytes(local_motion)];
         vectors.iter().chain(&numbers).chain(&others).sum()
     }
 }

@@ -117,7 +117,7 @@ impl<const D: usize> Solver<D> {
     ///
     /// # Errors
     /// A particle outside the grid; a grid that is too narrow for the shape function.
-    pub fn new(parts: Parts<D>) -> Result<Self, StepError> {
+    pub fn new(mut parts: Parts<D>) -> Result<Self, StepError> {
         let needed = parts.shape.least_cells();
         if let Some(axis) = parts.grid.cells().iter().position(|&cells| cells < needed) {
             return Err(StepError::NarrowGrid { axis, cells: parts.grid.cells()[axis], needed });
@@ -125,6 +125,7 @@ impl<const D: usize> Solver<D> {
         let active = ActiveSet::new(&parts.grid);
         let nodes = NodeFields::new(&parts.grid);
         let cells = CellFields::new(&parts.grid);
+        parts.particles.keep(parts.velocity_update.local_motion());
         let Parts { grid, particles, volumetric_strain, damping, .. } = &parts;
         let motion = Motion::new(grid, particles, *volumetric_strain, *damping);
         let mut solver = Solver { parts, active, nodes, cells, motion, clock: Clock::default(), outflow: 0.0 };

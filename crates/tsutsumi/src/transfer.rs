@@ -4,8 +4,10 @@
 //! that choosing one at run time costs a call per pass. Sums run in the order of the particles.
 
 mod bands;
-mod cell_sums;
+mod chunk;
 mod gather;
+mod rows;
+mod spread;
 mod stencil;
 
 use std::ops::Range;
@@ -14,12 +16,13 @@ use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::lanes;
 use crate::law::BLOCK;
 use crate::parallel;
-use crate::particles::{Particles, Places};
+use crate::particles::{LocalMotion, Particles, Places};
 use crate::shape::{CellOnAxis, ShapeFunction};
 use crate::tensor::{Matrix, Vector};
 use bands::{Bands, NodeSums};
-use cell_sums::BandSums;
+use chunk::ChunkWeights;
 use gather::{GatherBlock, gather_plainly};
+use spread::{BandSums, momentum_gradient};
 use stencil::{Stencil, mean_weights};
 
 /// What a particle finds on the grid at its position.
@@ -31,12 +34,24 @@ pub struct Gathered<const D: usize> {
     pub acceleration: Vector<D>,
     /// Σ_I v_I^L ⊗ G_Ip, component ij = ∂v_i/∂x_j (1/s).
     pub velocity_gradient: Matrix<D>,
+    /// B_p = Σ_I N_I v_I^L ⊗ (x_I − X_p), the first moments of the velocity (m²/s).
+    pub moments: Matrix<D>,
 }
 
 impl<const D: usize> Default for Gathered<D> {
     fn default() -> Self {
-        Gathered { velocity: Vector::zeros(), acceleration: Vector::zeros(), velocity_gradient: Matrix::zeros() }
+        let (vector, matrix) = (Vector::zeros(), Matrix::zeros());
+        Gathered { velocity: vector, acceleration: vector, velocity_gradient: matrix, moments: matrix }
     }
+}
+
+/// What [`Transfer::gather_block`] looks for besides velocities and their gradients.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub struct Wanted {
+    /// [`Gathered::acceleration`].
+    pub acceleration: bool,
+    /// [`Gathered::moments`].
+    pub moments: bool,
 }
 
 /// [`Gathered`] of the particles of a block, component by component.
@@ -46,23 +61,20 @@ pub struct GatheredBlock<const D: usize> {
     pub(crate) acceleration: [[f64; BLOCK]; D],
     /// Component i, axis j.
     pub(crate) velocity_gradient: [[[f64; BLOCK]; D]; D],
+    pub(crate) moments: [Matrix<D>; BLOCK],
+    weights: ChunkWeights<D>,
 }
 
 impl<const D: usize> GatheredBlock<D> {
     /// A block of zeros.
     pub fn new() -> Self {
         let zeros = [0.0; BLOCK];
-        GatheredBlock { velocity: [zeros; D], acceleration: [zeros; D], velocity_gradient: [[zeros; D]; D] }
-    }
-
-    /// Takes the velocity gradients of these particles.
-    pub(crate) fn set_gradients(&mut self, at_particles: &[Gathered<D>]) {
-        for (p, at) in at_particles.iter().enumerate() {
-            for i in 0..D {
-                for j in 0..D {
-                    self.velocity_gradient[i][j][p] = at.velocity_gradient[(i, j)];
-                }
-            }
+        GatheredBlock {
+            velocity: [zeros; D],
+            acceleration: [zeros; D],
+            velocity_gradient: [[zeros; D]; D],
+            moments: [Matrix::zeros(); BLOCK],
+            weights: ChunkWeights::new(),
         }
     }
 
@@ -77,6 +89,7 @@ impl<const D: usize> GatheredBlock<D> {
                 at.velocity_gradient[(i, j)] = self.velocity_gradient[i][j][p];
             }
         }
+        at.moments = self.moments[p];
         at
     }
 }
@@ -131,7 +144,8 @@ pub trait Transfer<const D: usize>: Send + Sync {
     /// f_I = −Σ_p M_p σ'^s(X_p) G_Ip = −Σ_p Ω_p σ'(X_p) G_Ip                        Eq. (5)
     /// ```
     ///
-    /// The fields must be cleared before; `velocity_old` holds the momentum afterwards.
+    /// With a local motion, what [`LocalMotion`] says of it is added to the momenta. The fields must be cleared before;
+    /// `velocity_old` holds the momentum afterwards.
     #[doc(alias = "Eq. (5)")]
     #[doc(alias = "Eq. (10)")]
     fn particles_to_nodes(
@@ -139,6 +153,7 @@ pub trait Transfer<const D: usize>: Send + Sync {
         grid: &Grid<D>,
         active: &ActiveSet,
         particles: &Particles<D>,
+        local_motion: LocalMotion,
         nodes: &mut NodeFields<D>,
     );
 
@@ -151,66 +166,31 @@ pub trait Transfer<const D: usize>: Send + Sync {
         at_particles: &mut [Gathered<D>],
     );
 
-    /// The same for at most as many particles as a block holds, several at a time: bit by bit the same numbers.
-    fn gather_block(&self, grid: &Grid<D>, nodes: &NodeFields<D>, places: Places<D>, block: &mut GatheredBlock<D>);
-
-    /// The gradients of a velocity field of the nodes (m/s) in these places; velocity and acceleration are left as they are.
-    fn velocity_gradients(
+    /// The same for at most as many particles as a block holds, a row of nodes at a time: the same numbers but for rounding. What is
+    /// not wanted stays as it is in the block.
+    fn gather_block(
         &self,
         grid: &Grid<D>,
-        at_nodes: &[Vector<D>],
+        nodes: &NodeFields<D>,
         places: Places<D>,
-        at_particles: &mut [Gathered<D>],
+        wanted: Wanted,
+        block: &mut GatheredBlock<D>,
     );
+
+    /// The gradients of a velocity field of the nodes (m/s) in these places, for at most as many particles as a block holds; the rest of
+    /// the block stays as it is.
+    fn gather_gradients(&self, grid: &Grid<D>, at_nodes: &[Vector<D>], places: Places<D>, block: &mut GatheredBlock<D>);
 
     /// A field of the nodes in these places, Σ_I N_I(X_p) f_I, in the unit of the field.
     fn interpolate(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], at_particles: &mut [Vector<D>]);
 
-    /// Adds the momenta of the particles, Σ_p M_p V_p N_I(X_p) of Eq. (10), to those of the nodes (kg m/s).
-    fn spread_momentum(&self, grid: &Grid<D>, active: &ActiveSet, particles: &Particles<D>, momentum: &mut [Vector<D>]);
-
-    /// The first moments of a velocity (m/s) of the nodes around these places (m²/s).
-    ///
-    /// # Equation
-    ///
-    /// ```text
-    /// B_p = Σ_I N_I(X_p) v_I ⊗ (x_I − X_p)
-    /// ```
-    fn velocity_moments(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], moments: &mut [Matrix<D>]);
-
-    /// Adds the momenta of motions with these moments (m²/s) around the particles to those of the nodes (kg m/s).
-    ///
-    /// # Equation
-    ///
-    /// ```text
-    /// Σ_p M_p N_I(X_p) B_p D_p⁻¹ (x_I − X_p)      D_p = Σ_I N_I(X_p) (x_I − X_p) ⊗ (x_I − X_p)
-    /// ```
-    ///
-    /// D_p is diagonal, since the shape functions are products over the axes that reproduce linear fields. Along an axis where
-    /// a particle lies on a grid line, and linear shape functions leave it no nodes to both sides, it has no moment to give.
-    fn spread_moments(
+    /// Adds the momenta of the particles, Σ_p M_p V_p N_I(X_p) of Eq. (10) and those of their local motion, to those of the nodes (kg m/s).
+    fn spread_momentum(
         &self,
         grid: &Grid<D>,
         active: &ActiveSet,
         particles: &Particles<D>,
-        moments: &[Matrix<D>],
-        momentum: &mut [Vector<D>],
-    );
-
-    /// Adds the momenta of motions with these gradients (1/s, component ij = ∂v_i/∂x_j) around the particles to those of the
-    /// nodes (kg m/s).
-    ///
-    /// # Equation
-    ///
-    /// ```text
-    /// Σ_p M_p N_I(X_p) ∇v_p (x_I − X_p)
-    /// ```
-    fn spread_gradients(
-        &self,
-        grid: &Grid<D>,
-        active: &ActiveSet,
-        particles: &Particles<D>,
-        gradients: &[Matrix<D>],
+        local_motion: LocalMotion,
         momentum: &mut [Vector<D>],
     );
 
@@ -389,13 +369,22 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         grid: &Grid<D>,
         active: &ActiveSet,
         particles: &Particles<D>,
+        local_motion: LocalMotion,
         nodes: &mut NodeFields<D>,
     ) {
         let NodeFields { mass, velocity_old: momentum, force, .. } = nodes;
         let nodes = NodeSums { first: 0, mass, momentum, force };
-        Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
-            lanes::run(BandSums { shape: self, grid, active, particles, slots, nodes });
-        });
+        let bands = Bands::new(self, grid, active);
+        let shape = self;
+        if local_motion == LocalMotion::Nothing {
+            bands.sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
+                lanes::run(BandSums::<_, D, false> { shape, grid, active, particles, local_motion, slots, nodes });
+            });
+        } else {
+            bands.sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
+                lanes::run(BandSums::<_, D, true> { shape, grid, active, particles, local_motion, slots, nodes });
+            });
+        }
     }
 
     fn nodes_to_particles(
@@ -410,29 +399,81 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         }
     }
 
-    fn gather_block(&self, grid: &Grid<D>, nodes: &NodeFields<D>, places: Places<D>, block: &mut GatheredBlock<D>) {
-        lanes::run(GatherBlock { shape: self, grid, nodes, places, block });
+    fn gather_block(
+        &self,
+        grid: &Grid<D>,
+        nodes: &NodeFields<D>,
+        places: Places<D>,
+        wanted: Wanted,
+        block: &mut GatheredBlock<D>,
+    ) {
+        let (shape, velocity, acceleration) = (self, &nodes.velocity[..], &nodes.acceleration[..]);
+        let gradients_only = false;
+        match (wanted.acceleration, wanted.moments) {
+            (false, false) => {
+                lanes::run(GatherBlock::<_, D, false, false> {
+                    shape,
+                    grid,
+                    velocity,
+                    acceleration,
+                    places,
+                    gradients_only,
+                    block,
+                });
+            }
+            (true, false) => {
+                lanes::run(GatherBlock::<_, D, true, false> {
+                    shape,
+                    grid,
+                    velocity,
+                    acceleration,
+                    places,
+                    gradients_only,
+                    block,
+                });
+            }
+            (false, true) => {
+                lanes::run(GatherBlock::<_, D, false, true> {
+                    shape,
+                    grid,
+                    velocity,
+                    acceleration,
+                    places,
+                    gradients_only,
+                    block,
+                });
+            }
+            (true, true) => {
+                lanes::run(GatherBlock::<_, D, true, true> {
+                    shape,
+                    grid,
+                    velocity,
+                    acceleration,
+                    places,
+                    gradients_only,
+                    block,
+                });
+            }
+        }
     }
 
-    fn velocity_gradients(
+    fn gather_gradients(
         &self,
         grid: &Grid<D>,
         at_nodes: &[Vector<D>],
         places: Places<D>,
-        at_particles: &mut [Gathered<D>],
+        block: &mut GatheredBlock<D>,
     ) {
-        for (p, at) in at_particles.iter_mut().enumerate() {
-            let mut velocity_gradient = [[0.0; D]; D];
-            Stencil::of_particle(self, grid, places, p).visit::<S>(|_, node, _, gradient| {
-                let of_node = &at_nodes[node];
-                for i in 0..D {
-                    for j in 0..D {
-                        velocity_gradient[j][i] += of_node[i] * gradient[j];
-                    }
-                }
-            });
-            at.velocity_gradient = Matrix::from(velocity_gradient);
-        }
+        let (shape, velocity, acceleration) = (self, at_nodes, &[][..]);
+        lanes::run(GatherBlock::<_, D, false, false> {
+            shape,
+            grid,
+            velocity,
+            acceleration,
+            places,
+            gradients_only: true,
+            block,
+        });
     }
 
     fn interpolate(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], at_particles: &mut [Vector<D>]) {
@@ -453,86 +494,19 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         grid: &Grid<D>,
         active: &ActiveSet,
         particles: &Particles<D>,
+        local_motion: LocalMotion,
         momentum: &mut [Vector<D>],
     ) {
-        let nodes = NodeSums::of_momentum(momentum);
-        scatter(self, grid, active, particles.places(), nodes, |nodes, node, p, value, _| {
-            nodes.momentum[node] += particles.velocity[p] * (particles.mass[p] * value);
-        });
-    }
-
-    fn velocity_moments(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], moments: &mut [Matrix<D>]) {
         let spacing = grid.spacing();
-        parallel::for_each((moments, 0..places.position.len()), GRAIN, &|(moments, range): (
-            &mut [Matrix<D>],
-            Range<usize>,
-        )| {
-            for (p, moment) in range.zip(moments) {
-                let stencil = Stencil::of_particle(self, grid, places, p);
-                let mut sum = [[0.0; D]; D];
-                stencil.visit::<S>(|local, node, value, _| {
-                    let arm = stencil.arm::<S>(&spacing, local);
-                    for i in 0..D {
-                        let weighted = at_nodes[node][i] * value;
-                        for j in 0..D {
-                            sum[j][i] += weighted * arm[j];
-                        }
-                    }
-                });
-                *moment = Matrix::from(sum);
-            }
-        });
-    }
-
-    fn spread_moments(
-        &self,
-        grid: &Grid<D>,
-        active: &ActiveSet,
-        particles: &Particles<D>,
-        moments: &[Matrix<D>],
-        momentum: &mut [Vector<D>],
-    ) {
-        if moments.is_empty() {
-            return;
-        }
-        // Nearer than this to a grid line (squared spacings) the moment is lost in round-off.
-        let spacing = grid.spacing();
-        let least = spacing.component_mul(&spacing) * 1e-12;
         let nodes = NodeSums::of_momentum(momentum);
         for_each_particle(self, grid, active, particles.places(), nodes, |nodes, p, stencil| {
-            let spread = stencil.second_moments::<S>(&spacing);
-            let mut gradient = [[0.0; D]; D];
-            for j in 0..D {
-                let inverse = if spread[j] > least[j] { particles.mass[p] / spread[j] } else { 0.0 };
-                for i in 0..D {
-                    gradient[j][i] = moments[p][(i, j)] * inverse;
-                }
+            let (mass, velocity) = (particles.mass[p], particles.velocity[p]);
+            stencil.visit::<S>(|_, node, value, _| nodes.momentum[node - nodes.first] += velocity * (mass * value));
+            if local_motion != LocalMotion::Nothing {
+                let spread = stencil.second_moments::<S>(&spacing);
+                let columns = momentum_gradient(&spread, &spacing, particles, local_motion, p);
+                add_affine::<S, D>(stencil, &spacing, &columns, nodes.first, nodes.momentum);
             }
-            add_affine::<S, D>(stencil, &spacing, &gradient, nodes.first, nodes.momentum);
-        });
-    }
-
-    fn spread_gradients(
-        &self,
-        grid: &Grid<D>,
-        active: &ActiveSet,
-        particles: &Particles<D>,
-        gradients: &[Matrix<D>],
-        momentum: &mut [Vector<D>],
-    ) {
-        if gradients.is_empty() {
-            return;
-        }
-        let nodes = NodeSums::of_momentum(momentum);
-        let spacing = grid.spacing();
-        for_each_particle(self, grid, active, particles.places(), nodes, |nodes, p, stencil| {
-            let mut gradient = [[0.0; D]; D];
-            for j in 0..D {
-                for i in 0..D {
-                    gradient[j][i] = gradients[p][(i, j)] * particles.mass[p];
-                }
-            }
-            add_affine::<S, D>(stencil, &spacing, &gradient, nodes.first, nodes.momentum);
         });
     }
 

@@ -19,15 +19,15 @@ pub use xpic::Xpic;
 
 use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::parallel::vectorized;
-use crate::particles::Particles;
+use crate::particles::{LocalMotion, Particles};
 use crate::tensor::Vector;
 use crate::transfer::Transfer;
 pub use crate::transfer::{Gathered, GatheredBlock};
 
 /// A rule for the particles' velocities at the end of a step.
 ///
-/// Most need [`particle_velocity`](Self::particle_velocity) only. One that carries more than a velocity per particle gives it to
-/// the nodes in [`add_momentum`](Self::add_momentum); one that looks at more of the grid than [`Gathered`] holds does so in
+/// Most need [`particle_velocity`](Self::particle_velocity) only. One that carries more than a velocity per particle says so in
+/// [`local_motion`](Self::local_motion); one that looks at more of the grid than [`Gathered`] holds does so in
 /// [`look_at_grid`](Self::look_at_grid).
 pub trait VelocityUpdate<const D: usize>: Send + Sync {
     /// The new velocity (m/s) of a particle that had velocity `velocity` (m/s), after a step of `dt` (s).
@@ -45,15 +45,15 @@ pub trait VelocityUpdate<const D: usize>: Send + Sync {
         );
     }
 
-    /// Step 3: adds what the update carries besides the velocities V_p to the momenta of the nodes (kg m/s). By default nothing.
-    fn add_momentum(
-        &self,
-        _grid: &Grid<D>,
-        _active: &ActiveSet,
-        _transfer: &dyn Transfer<D>,
-        _particles: &Particles<D>,
-        _momentum: &mut [Vector<D>],
-    ) {
+    /// Whether [`particle_velocity`](Self::particle_velocity) looks at the acceleration of the grid; if not, that is zero there.
+    fn needs_acceleration(&self) -> bool {
+        true
+    }
+
+    /// What is kept in step 10 of the motion around the particles, in [`Particles::local_motion`], and goes to the nodes in step 3. By
+    /// default nothing.
+    fn local_motion(&self) -> LocalMotion {
+        LocalMotion::Nothing
     }
 
     /// Between steps 7 and 8, all particles still in their places: takes from the nodes what [`Gathered`] does not hold, and may

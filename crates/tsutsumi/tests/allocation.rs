@@ -114,8 +114,8 @@ fn no_update_allocates_anything() {
     for quadrature in [None, Some(Quadrature::Cell), Some(Quadrature::MaterialPoints)] {
         an_update_allocates_nothing(Mpm1, quadrature);
         an_update_allocates_nothing(Mpm2, quadrature);
-        an_update_allocates_nothing(Apic::default(), quadrature);
-        an_update_allocates_nothing(Tpic::default(), quadrature);
+        an_update_allocates_nothing(Apic, quadrature);
+        an_update_allocates_nothing(Tpic, quadrature);
         an_update_allocates_nothing(Xpic::new(order), quadrature);
         an_update_allocates_nothing(Fmpm::new(order), quadrature);
     }

@@ -1,14 +1,16 @@
-//! The sums that are made for several particles at a time, against the plain ones.
+//! The sums that are made for a row of nodes at a time, against the plain ones.
 
 #![allow(clippy::unwrap_used, reason = "a test reports by panicking")]
 
 use std::cell::RefCell;
+use std::ops::Range;
 
-use tsutsumi::grid::NodeFields;
+use tsutsumi::grid::{Grid, NodeFields};
+use tsutsumi::particles::{LocalMotion, Particles};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
 use tsutsumi::solver::Solver;
-use tsutsumi::tensor::{Sym3, Vector};
-use tsutsumi::transfer::{Gathered, GatheredBlock, Transfer};
+use tsutsumi::tensor::{Matrix, Sym3, Vector};
+use tsutsumi::transfer::{Gathered, GatheredBlock, Transfer, Wanted};
 use tsutsumi_testkit::body::Body;
 use tsutsumi_testkit::noise::Noise;
 
@@ -25,30 +27,64 @@ fn body<const D: usize>(shape: impl Transfer<D> + 'static) -> Solver<D> {
         .build()
 }
 
-/// In reach of its cell, mass, momentum and force of a node are sums over all particles, in any order: the same but for rounding.
+/// Mass, momentum and force of a node are sums over all particles, in any order: the same but for rounding.
 fn nodes_get_the_plain_sums<const D: usize>(shape: impl Transfer<D> + Copy + 'static) {
     let solver = body::<D>(shape);
-    let (grid, particles) = (solver.grid(), solver.particles());
-    let mut nodes = NodeFields::new(grid);
-    shape.particles_to_nodes(grid, solver.active(), particles, &mut nodes);
-    let mut plain = NodeFields::new(grid);
-    for p in 0..particles.len() {
-        shape.visit_weights(grid, particles, p, &mut |node, value, gradient| {
-            plain.mass[node] += particles.mass[p] * value;
-            plain.velocity_old[node] += particles.velocity[p] * (particles.mass[p] * value);
-            plain.force[node] -= particles.stress[p].dot(&gradient) * particles.volume[p];
-        });
-    }
-    let total: f64 = particles.mass.iter().sum();
-    for node in 0..grid.num_nodes() {
-        // Some hundred terms of the order of the largest.
-        assert!((nodes.mass[node] - plain.mass[node]).abs() < 1e-14 * total);
-        assert!((nodes.velocity_old[node] - plain.velocity_old[node]).norm() < 1e-13 * total);
-        assert!((nodes.force[node] - plain.force[node]).norm() < 1e-13);
+    let (grid, active, mut particles) = (solver.grid(), solver.active(), solver.particles().clone());
+    let mut noise = Noise::new(17);
+    for local_motion in [LocalMotion::Nothing, LocalMotion::Moments, LocalMotion::Gradient] {
+        particles.keep(local_motion);
+        for motion in &mut particles.local_motion {
+            *motion = Matrix::from_fn(|_, _| noise.vector::<1>()[0]);
+        }
+        let mut nodes = NodeFields::new(grid);
+        shape.particles_to_nodes(grid, active, &particles, local_motion, &mut nodes);
+        let mut momentum = NodeFields::new(grid).velocity_old;
+        shape.spread_momentum(grid, active, &particles, local_motion, &mut momentum);
+        let plain = plain_sums(&shape, grid, &particles, local_motion);
+        let total: f64 = particles.mass.iter().sum();
+        for node in 0..grid.num_nodes() {
+            // Some hundred terms of the order of the largest, and moments times the inverse of a small spread.
+            assert!((nodes.mass[node] - plain.mass[node]).abs() < 1e-14 * total);
+            assert!((nodes.velocity_old[node] - plain.velocity_old[node]).norm() < 1e-13 * total);
+            assert!((momentum[node] - plain.velocity_old[node]).norm() < 1e-13 * total);
+            assert!((nodes.force[node] - plain.force[node]).norm() < 1e-13);
+        }
     }
 }
 
-/// Four particles at a time find, bit by bit, what each finds for itself, whether they are in one cell or not.
+/// Eqs. (5) and (10) as they stand, particle by particle, with the motion around each.
+fn plain_sums<const D: usize>(
+    shape: &impl Transfer<D>,
+    grid: &Grid<D>,
+    particles: &Particles<D>,
+    local_motion: LocalMotion,
+) -> NodeFields<D> {
+    let mut nodes = NodeFields::new(grid);
+    for p in 0..particles.len() {
+        let arm = |node: usize| grid.node_position(node) - particles.position[p];
+        let mut spread = Matrix::<D>::zeros();
+        shape.visit_weights(grid, particles, p, &mut |node, value, _| {
+            spread += arm(node) * arm(node).transpose() * value;
+        });
+        let around = match local_motion {
+            LocalMotion::Nothing => Matrix::zeros(),
+            LocalMotion::Gradient => particles.local_motion[p],
+            LocalMotion::Moments => {
+                particles.local_motion[p] * Matrix::from_diagonal(&spread.diagonal().map(|d| 1.0 / d))
+            }
+        };
+        shape.visit_weights(grid, particles, p, &mut |node, value, gradient| {
+            let velocity = particles.velocity[p] + around * arm(node);
+            nodes.mass[node] += particles.mass[p] * value;
+            nodes.velocity_old[node] += velocity * (particles.mass[p] * value);
+            nodes.force[node] -= particles.stress[p].dot(&gradient) * particles.volume[p];
+        });
+    }
+    nodes
+}
+
+/// Particles find a row at a time what they find node by node, but for rounding, and in any block the same bits.
 fn blocks_find_the_plain_sums<const D: usize>(shape: impl Transfer<D> + Copy + 'static) {
     let solver = body::<D>(shape);
     let (grid, particles) = (solver.grid(), solver.particles());
@@ -60,12 +96,41 @@ fn blocks_find_the_plain_sums<const D: usize>(shape: impl Transfer<D> + Copy + '
     }
     let mut plain = vec![Gathered::default(); particles.len()];
     shape.nodes_to_particles(grid, &nodes, particles.places(), &mut plain);
-    for (length, start) in [(64, 0), (63, 1), (5, 2), (1, 3)] {
-        let range = start..particles.len().min(start + length);
+    let find = |range: Range<usize>, wanted: Wanted| {
         let mut block = GatheredBlock::new();
-        shape.gather_block(grid, &nodes, particles.places().part(range.clone()), &mut block);
-        for (p, plain) in range.clone().zip(&plain[range]) {
-            assert_eq!(block.at(p - start), *plain, "particle {p}");
+        shape.gather_block(grid, &nodes, particles.places().part(range), wanted, &mut block);
+        block
+    };
+    let all = Wanted { acceleration: true, moments: true };
+    let whole = find(0..particles.len().min(64), all);
+    for (length, start) in [(64, 0), (63, 1), (17, 2), (1, 3)] {
+        let range = start..particles.len().min(start + length);
+        for wanted in [(false, false), (true, false), (false, true), (true, true)] {
+            let wanted = Wanted { acceleration: wanted.0, moments: wanted.1 };
+            let block = find(range.clone(), wanted);
+            for p in range.clone() {
+                let (found, mut expected) = (block.at(p - start), plain[p]);
+                if !wanted.acceleration {
+                    expected.acceleration = Vector::zeros();
+                }
+                if !wanted.moments {
+                    expected.moments = Matrix::zeros();
+                }
+                // Values of order one, gradients of up to a few; 4^D terms.
+                assert!((found.velocity - expected.velocity).norm() < 1e-14, "particle {p}");
+                assert!((found.acceleration - expected.acceleration).norm() < 1e-14, "particle {p}");
+                assert!((found.velocity_gradient - expected.velocity_gradient).norm() < 1e-13, "particle {p}");
+                assert!((found.moments - expected.moments).norm() < 1e-14, "particle {p}");
+                if wanted == all {
+                    assert_eq!(found, whole.at(p), "particle {p}");
+                }
+            }
+        }
+        let mut block = GatheredBlock::new();
+        shape.gather_gradients(grid, &nodes.velocity, particles.places().part(range.clone()), &mut block);
+        for p in range {
+            assert_eq!(block.at(p - start).velocity_gradient, whole.at(p).velocity_gradient);
+            assert_eq!(block.at(p - start).velocity, Vector::<D>::zeros());
         }
     }
 }

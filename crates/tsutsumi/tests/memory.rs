@@ -59,7 +59,7 @@ fn histories_and_affine_motions_are_counted() {
     };
     let plain = per_particle(|| dry_layer::<2>(40).build());
     let body = || dry_layer::<2>(40).law(clay).stress(|_| Sym3::IDENTITY * -1e5).shape(QuadraticBSpline);
-    let rich = per_particle(|| body().velocity_update(Apic::default()).build());
+    let rich = per_particle(|| body().velocity_update(Apic).build());
     // Four numbers and a flag of history, 40 bytes, and a 2×2 matrix.
     assert!((rich - plain - 72.0).abs() < 2.0, "{plain} and {rich} bytes per particle");
 }

@@ -121,7 +121,7 @@ fn momentum_is_conserved_in_every_order() {
         let body = Body::<2>::free(Vector::repeat(2.0), Vector::repeat(4.0), 1.0, [6, 6])
             .dry()
             .shape(QuadraticBSpline)
-            .velocity_update(Apic::default())
+            .velocity_update(Apic)
             .velocity(move |_| noise.borrow_mut().vector());
         let mut solver = order.of(body);
         let before = solver.particles().momentum();

@@ -14,7 +14,7 @@ use nalgebra::DMatrix;
 use tsutsumi::boundary::{Boundary, History};
 use tsutsumi::grid::NodeFields;
 use tsutsumi::law::LinearElastic;
-use tsutsumi::particles::Particles;
+use tsutsumi::particles::{LocalMotion, Particles};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline, ShapeFunction};
 use tsutsumi::solver::Solver;
 use tsutsumi::tensor::{Matrix, Vector};
@@ -57,8 +57,8 @@ impl Update {
             Update::Mpm1 => Box::new(Mpm1),
             Update::Mpm2 => Box::new(Mpm2),
             Update::Flip(share) => Box::new(Flip { share }),
-            Update::Apic => Box::new(Apic::default()),
-            Update::Tpic => Box::new(Tpic::default()),
+            Update::Apic => Box::new(Apic),
+            Update::Tpic => Box::new(Tpic),
             Update::Xpic(m) => Box::new(Xpic::new(order(m))),
             Update::Fmpm(k) => Box::new(Fmpm::new(order(k))),
         }
@@ -296,23 +296,26 @@ fn change_of_a_linear_field(update: Update, shape: impl ShapeFunction + Copy) ->
     let field = |x: &Vector<2>| Vector::from([0.3 + 0.7 * x[0] - 1.9 * x[1], -0.2 + 1.1 * x[0] + 0.4 * x[1]]);
     let (grid, active, mut particles) = (solver.grid(), solver.active(), solver.particles().clone());
     let mut update = update.boxed::<2>();
+    particles.keep(update.local_motion());
     let mut nodes = NodeFields::new(grid);
     // The grid has the field, and so the update knows how it varies.
     for node in 0..grid.num_nodes() {
         nodes.velocity[node] = field(&grid.node_position(node));
     }
-    update.look_at_grid(grid, active, shape, &nodes, &mut particles);
+    let mut at_particles = vec![Gathered::default(); particles.len()];
+    shape.nodes_to_particles(grid, &nodes, particles.places(), &mut at_particles);
+    for (motion, at) in particles.local_motion.iter_mut().zip(&at_particles) {
+        *motion = if update.local_motion() == LocalMotion::Moments { at.moments } else { at.velocity_gradient };
+    }
     particles.velocity = particles.position.iter().map(field).collect();
     // Step 3.
-    shape.particles_to_nodes(grid, active, &particles, &mut nodes);
-    update.add_momentum(grid, active, shape, &particles, &mut nodes.velocity_old);
+    shape.particles_to_nodes(grid, active, &particles, update.local_motion(), &mut nodes);
     Boundary::free(grid).hold(active, &mut nodes);
     let mut velocity = nodes.velocity_old.clone();
     nodes.momenta_to_velocities(active, &mut velocity);
     nodes.velocity_old.clone_from(&velocity);
     nodes.velocity = velocity;
     // Step 10.
-    let mut at_particles = vec![Gathered::default(); particles.len()];
     update.look_at_grid(grid, active, shape, &nodes, &mut particles);
     shape.nodes_to_particles(grid, &nodes, particles.places(), &mut at_particles);
     let velocities = particles.velocity.iter().zip(&at_particles);

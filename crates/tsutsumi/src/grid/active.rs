@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use super::vec_bytes;
 use crate::parallel::{self, Pieces};
 
@@ -134,6 +136,11 @@ impl ActiveSet {
     #[inline]
     pub fn particles_of(&self, slot: usize) -> &[u32] {
         &self.particles[self.first_particle[slot] as usize..self.first_particle[slot + 1] as usize]
+    }
+
+    /// The particles of the cells in some slots that follow each other, cell after cell.
+    pub fn particles_in(&self, slots: Range<usize>) -> &[u32] {
+        &self.particles[self.first_particle[slots.start] as usize..self.first_particle[slots.end] as usize]
     }
 
     /// True when the node touches an active cell.

@@ -54,13 +54,20 @@ impl ShapeFunction for QuadraticBSpline {
         first_node(at)
     }
 
+    /// The nearest inner node and its neighbours; all in selects, so that loops over points become vectors.
     #[inline(always)]
     fn weights(&self, at: CellOnAxis, position: f64, _half_size: f64) -> Weights {
-        spline_weights(at, position, |x| {
-            let distance = x.abs();
-            let rest = (1.5 - distance).max(0.0);
-            if distance < 0.5 { (0.75 - x * x, -2.0 * x) } else { (0.5 * rest * rest, -rest * x.signum()) }
-        })
+        let from_first = position - first_node(at) as u32 as f64;
+        let upper = from_first >= 1.5 && first_node(at) + 2 < at.num_cells;
+        let x = from_first - if upper { 2.0 } else { 1.0 };
+        // Within half a spacing of the ends the functions go on as the straight lines that they are at half a spacing.
+        let curved = x.clamp(-0.5, 0.5);
+        let (below, above) = ((curved - x).max(0.0), (x - curved).max(0.0));
+        let (low, high) = (0.5 - curved, 0.5 + curved);
+        let value = [0.5 * low * low + below, 0.75 - curved * curved - below - above, 0.5 * high * high + above];
+        let gradient = [-low, -2.0 * curved, high];
+        let placed = |[a, b, c]: [f64; 3]| if upper { [0.0, a, b, c] } else { [a, b, c, 0.0] };
+        Weights { value: placed(value), gradient: placed(gradient) }
     }
 }
 
@@ -78,19 +85,19 @@ impl ShapeFunction for CubicBSpline {
         spline_weights(at, position, |x| {
             let distance = x.abs();
             let rest = (2.0 - distance).max(0.0);
-            if distance < 1.0 {
-                (2.0 / 3.0 - x * x * (1.0 - 0.5 * distance), x * (1.5 * distance - 2.0))
-            } else {
-                (rest * rest * rest / 6.0, -0.5 * rest * rest * x.signum())
-            }
+            let inner = (2.0 / 3.0 - x * x * (1.0 - 0.5 * distance), x * (1.5 * distance - 2.0));
+            let outer = (rest * rest * rest / 6.0, (-0.5 * rest * rest).copysign(-x));
+            let is_inner = distance < 1.0;
+            (if is_inner { inner.0 } else { outer.0 }, if is_inner { inner.1 } else { outer.1 })
         })
     }
 }
 
-/// A node on each side of the cell; at the ends of the grid the stencil moves inwards.
+/// A node on each side of the cell; at the ends of the grid the stencil moves inwards. A grid has fewer than 2³⁰ cells, and in 32 bits loops over
+/// points become vectors.
 #[inline(always)]
 fn first_node(at: CellOnAxis) -> usize {
-    at.cell.saturating_sub(1).min(at.num_cells.saturating_sub(3))
+    (at.cell as u32).saturating_sub(1).min((at.num_cells as u32).saturating_sub(3)) as usize
 }
 
 /// The weights of a spline, given as value and slope at a distance from its node.

@@ -3,7 +3,7 @@ use crate::law::BLOCK;
 use crate::particles::Particles;
 use crate::pressure::StepView;
 use crate::tensor::Vector;
-use crate::transfer::{Gathered, GatheredBlock};
+use crate::transfer::GatheredBlock;
 
 /// Where the volume change of a particle comes from.
 ///
@@ -66,14 +66,14 @@ impl Dilation {
             self.rate[cell as usize] = 0.0;
             self.volume[cell as usize] = 0.0;
         }
-        let mut work = [Gathered::default(); BLOCK];
+        let mut at_particles = GatheredBlock::new();
         for start in (0..particles.len()).step_by(BLOCK) {
             let block = start..particles.len().min(start + BLOCK);
-            let at_particles = &mut work[..block.len()];
-            at.transfer.velocity_gradients(at.grid, velocities, particles.places().part(block.clone()), at_particles);
-            for (p, gathered) in block.zip(at_particles) {
+            let places = particles.places().part(block.clone());
+            at.transfer.gather_gradients(at.grid, velocities, places, &mut at_particles);
+            for (number, p) in block.enumerate() {
                 let cell = particles.cell[p] as usize;
-                self.rate[cell] += particles.volume[p] * gathered.velocity_gradient.trace();
+                self.rate[cell] += particles.volume[p] * at_particles.at(number).velocity_gradient.trace();
                 self.volume[cell] += particles.volume[p];
             }
         }

@@ -9,10 +9,10 @@ use crate::damping::Damping;
 use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, LawFailure, MaterialGroup};
 use crate::parallel::{self, Pieces, vectorized};
-use crate::particles::{Particles, Places};
+use crate::particles::{LocalMotion, Particles, Places};
 use crate::pressure::StepView;
 use crate::tensor::{Matrix, Sym3, Vector, volume_ratio};
-use crate::transfer::{GRAIN, Gathered, GatheredBlock};
+use crate::transfer::{GRAIN, GatheredBlock, Wanted};
 use crate::velocity::VelocityUpdate;
 
 /// Steps 8 to 10: what the motion of the nodes does to the particles. Holds the work arrays.
@@ -71,9 +71,8 @@ impl<const D: usize> Motion<D> {
     ) {
         nodes.clear(at.active);
         self.viscosity.swap(&mut particles.stress);
-        at.transfer.particles_to_nodes(at.grid, at.active, particles, nodes);
+        at.transfer.particles_to_nodes(at.grid, at.active, particles, velocity_update.local_motion(), nodes);
         self.viscosity.swap(&mut particles.stress);
-        velocity_update.add_momentum(at.grid, at.active, at.transfer, particles, &mut nodes.velocity_old);
         boundary.hold(at.active, nodes);
         nodes.momentum_to_velocity(at.active);
     }
@@ -131,8 +130,7 @@ impl<const D: usize> Motion<D> {
         for &node in at.active.nodes() {
             self.mapped[node as usize] = Vector::zeros();
         }
-        at.transfer.spread_momentum(at.grid, at.active, particles, &mut self.mapped);
-        velocity_update.add_momentum(at.grid, at.active, at.transfer, particles, &mut self.mapped);
+        at.transfer.spread_momentum(at.grid, at.active, particles, velocity_update.local_motion(), &mut self.mapped);
         nodes.momenta_to_velocities(at.active, &mut self.mapped);
     }
 }
@@ -152,12 +150,16 @@ struct Piece<'a, const D: usize> {
     porosity: &'a mut [f64],
     conductivity: &'a mut [f64],
     cell: &'a [u32],
+    /// Empty where the velocity update keeps nothing.
+    local_motion: &'a mut [Matrix<D>],
 }
 
 impl<'a, const D: usize> Piece<'a, D> {
     /// The particles of a range, which is a group.
     fn new(particles: &'a mut Particles<D>, felt: &'a mut [Sym3], range: Range<usize>) -> Self {
         let felt = if felt.is_empty() { felt } else { &mut felt[range.clone()] };
+        let local_motion = &mut particles.local_motion[..];
+        let local_motion = if local_motion.is_empty() { local_motion } else { &mut local_motion[range.clone()] };
         Piece {
             first: 0,
             position: &mut particles.position[range.clone()],
@@ -170,6 +172,7 @@ impl<'a, const D: usize> Piece<'a, D> {
             porosity: &mut particles.porosity[range.clone()],
             conductivity: &mut particles.conductivity[range.clone()],
             cell: &particles.cell[range],
+            local_motion,
         }
     }
 
@@ -194,6 +197,7 @@ impl<const D: usize> Pieces for Piece<'_, D> {
         let porosity = self.porosity.split_at_mut(at);
         let conductivity = self.conductivity.split_at_mut(at);
         let cell = self.cell.split_at(at);
+        let local_motion = self.local_motion.split_at_mut(at.min(self.local_motion.len()));
         let before = Piece {
             first: self.first,
             position: position.0,
@@ -206,6 +210,7 @@ impl<const D: usize> Pieces for Piece<'_, D> {
             porosity: porosity.0,
             conductivity: conductivity.0,
             cell: cell.0,
+            local_motion: local_motion.0,
         };
         let after = Piece {
             first: self.first + at,
@@ -219,6 +224,7 @@ impl<const D: usize> Pieces for Piece<'_, D> {
             porosity: porosity.1,
             conductivity: conductivity.1,
             cell: cell.1,
+            local_motion: local_motion.1,
         };
         (before, after)
     }
@@ -264,15 +270,20 @@ impl<const D: usize> FollowStep<'_, D> {
         let mut outcome = BlockOutcome::default();
         let gathers = pass.velocity || pass.position;
         if gathers {
-            at.transfer.gather_block(at.grid, nodes, block.places(), at_particles);
+            let wanted = Wanted {
+                acceleration: self.velocity_update.needs_acceleration(),
+                moments: self.velocity_update.local_motion() == LocalMotion::Moments,
+            };
+            at.transfer.gather_block(at.grid, nodes, block.places(), wanted, at_particles);
+        }
+        if pass.velocity {
+            // Before anything changes the gradient of v_I^L.
+            self.keep_local_motion(block.local_motion, at_particles);
         }
         if let Some(field) = self.strained_by {
             // The gradient of v_I^L is there already.
             if !(gathers && pass.stress == Some(NodalVelocity::New)) {
-                let mut gathered = [Gathered::default(); BLOCK];
-                let gathered = &mut gathered[..block.count()];
-                at.transfer.velocity_gradients(at.grid, field, block.places(), gathered);
-                at_particles.set_gradients(gathered);
+                at.transfer.gather_gradients(at.grid, field, block.places(), at_particles);
             }
 
             // 8. Strain increments.
@@ -304,6 +315,19 @@ impl<const D: usize> FollowStep<'_, D> {
             );
         }
         outcome
+    }
+
+    /// Keeps what the velocity update wants of the motion around the particles.
+    fn keep_local_motion(&self, local_motion: &mut [Matrix<D>], at_particles: &GatheredBlock<D>) {
+        match self.velocity_update.local_motion() {
+            LocalMotion::Nothing => {}
+            LocalMotion::Moments => local_motion.copy_from_slice(&at_particles.moments[..local_motion.len()]),
+            LocalMotion::Gradient => {
+                for (p, gradient) in local_motion.iter_mut().enumerate() {
+                    *gradient = at_particles.at(p).velocity_gradient;
+                }
+            }
+        }
     }
 
     /// Stretches volumes, by det(I + Δt ∇v), boxes and pores.

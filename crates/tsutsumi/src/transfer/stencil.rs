@@ -102,8 +102,8 @@ impl<const D: usize> Stencil<D> {
 
     /// The diagonal of Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (m²): shape functions are products over the axes whose values sum to 1.
     #[inline(always)]
-    pub(super) fn second_moments<S: ShapeFunction>(&self, spacing: &Vector<D>) -> Vector<D> {
-        let mut moments = Vector::zeros();
+    pub(super) fn second_moments<S: ShapeFunction>(&self, spacing: &Vector<D>) -> [f64; D] {
+        let mut moments = [0.0; D];
         for axis in 0..D {
             for k in 0..S::WIDTH {
                 let arm = (self.to_first[axis] + f64::from(k as u32)) * spacing[axis];
@@ -111,12 +111,6 @@ impl<const D: usize> Stencil<D> {
             }
         }
         moments
-    }
-
-    /// The first of the nodes along x that make row `number` of a stencil of this width.
-    #[inline(always)]
-    pub(super) fn first_node_of_row(&self, width: usize, number: usize) -> usize {
-        self.row(width, number).first_node
     }
 
     /// What the other axes make of the nodes along x.

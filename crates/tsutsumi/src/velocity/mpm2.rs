@@ -22,4 +22,7 @@ impl<const D: usize> VelocityUpdate<D> for Mpm2 {
     fn particle_velocity(&self, _velocity: Vector<D>, at_particle: &Gathered<D>, _dt: f64) -> Vector<D> {
         at_particle.velocity
     }
+    fn needs_acceleration(&self) -> bool {
+        false
+    }
 }

@@ -1,7 +1,7 @@
 use std::num::NonZeroUsize;
 
 use crate::grid::{ActiveSet, Grid, NodeFields};
-use crate::particles::Particles;
+use crate::particles::{LocalMotion, Particles};
 use crate::tensor::Vector;
 use crate::transfer::Transfer;
 
@@ -73,7 +73,7 @@ impl<const D: usize> Series<D> {
             self.seen[node as usize] = Vector::zeros();
         }
         take_velocities(grid, transfer, &self.term, particles);
-        transfer.spread_momentum(grid, active, particles, &mut self.seen);
+        transfer.spread_momentum(grid, active, particles, LocalMotion::Nothing, &mut self.seen);
         nodes.momenta_to_velocities(active, &mut self.seen);
         for &node in active.nodes() {
             let node = node as usize;

@@ -1,0 +1,124 @@
+use std::ops::{Add, AddAssign, Mul};
+
+use crate::lanes::{Four, Vectors};
+use crate::shape::MAX_WIDTH;
+
+/// Numbers at the nodes of a row along x as they lie in memory, the components of a node and then those of the next: `V` vectors of four.
+#[derive(Clone, Copy)]
+pub(super) struct Row<X: Vectors, const V: usize>([Four<X>; V]);
+
+impl<X: Vectors, const V: usize> Row<X, V> {
+    /// Zeros to begin a sum with: −0, since only x − 0 is x whatever x is, and costs nothing.
+    #[inline(always)]
+    pub(super) fn zeros(vectors: X) -> Self {
+        Row([Four::splat(vectors, -0.0); V])
+    }
+
+    /// One number for each node, the same for all its `components`.
+    #[inline(always)]
+    pub(super) fn of_nodes(vectors: X, components: usize, values: [f64; MAX_WIDTH]) -> Self {
+        Row::from_fn(vectors, |place| values[place / components])
+    }
+
+    /// One number for each component, the same for all nodes.
+    #[inline(always)]
+    pub(super) fn of_components<const D: usize>(vectors: X, values: [f64; D]) -> Self {
+        Row::from_fn(vectors, |place| values[place % D])
+    }
+
+    #[inline(always)]
+    fn from_fn(vectors: X, at: impl Fn(usize) -> f64) -> Self {
+        let mut row = Row::zeros(vectors);
+        for v in 0..V {
+            row.0[v] = Four::new(vectors, [at(4 * v), at(4 * v + 1), at(4 * v + 2), at(4 * v + 3)]);
+        }
+        row
+    }
+
+    /// The numbers of a row, at most four to a vector; zeros beyond its end.
+    #[inline(always)]
+    pub(super) fn read(vectors: X, values: &[f64]) -> Self {
+        let mut row = Row::zeros(vectors);
+        for (four, values) in row.0.iter_mut().zip(values.chunks(4)) {
+            *four = first_lanes(vectors, values);
+        }
+        row
+    }
+
+    /// Adds the numbers to those of a row.
+    #[inline(always)]
+    pub(super) fn add_to(self, vectors: X, values: &mut [f64]) {
+        for (four, values) in self.0.into_iter().zip(values.chunks_mut(4)) {
+            let sum = (first_lanes(vectors, values) + four).to_array();
+            values.copy_from_slice(&sum[..values.len()]);
+        }
+    }
+
+    /// The sum over the nodes of each component.
+    #[inline(always)]
+    pub(super) fn sum_over_nodes<const D: usize>(self) -> [f64; D] {
+        let mut sums = [-0.0; D];
+        for v in 0..V {
+            let lanes = self.0[v].to_array();
+            for (lane, value) in lanes.into_iter().enumerate() {
+                sums[(4 * v + lane) % D] += value;
+            }
+        }
+        sums
+    }
+}
+
+/// At most four numbers, with zeros after them.
+#[inline(always)]
+fn first_lanes<X: Vectors>(vectors: X, values: &[f64]) -> Four<X> {
+    match *values {
+        [a, b, c, d] => Four::new(vectors, [a, b, c, d]),
+        [a, b, c] => Four::new(vectors, [a, b, c, 0.0]),
+        [a, b] => Four::new(vectors, [a, b, 0.0, 0.0]),
+        [a] => Four::new(vectors, [a, 0.0, 0.0, 0.0]),
+        _ => Four::splat(vectors, 0.0),
+    }
+}
+
+impl<X: Vectors, const V: usize> Add for Row<X, V> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(mut self, other: Self) -> Self {
+        self += other;
+        self
+    }
+}
+
+impl<X: Vectors, const V: usize> AddAssign for Row<X, V> {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        for v in 0..V {
+            self.0[v] += other.0[v];
+        }
+    }
+}
+
+impl<X: Vectors, const V: usize> Mul for Row<X, V> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(mut self, other: Self) -> Self {
+        for v in 0..V {
+            self.0[v] *= other.0[v];
+        }
+        self
+    }
+}
+
+impl<X: Vectors, const V: usize> Mul<f64> for Row<X, V> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(mut self, factor: f64) -> Self {
+        for v in 0..V {
+            self.0[v] = self.0[v] * factor;
+        }
+        self
+    }
+}
