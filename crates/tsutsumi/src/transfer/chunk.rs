@@ -1,3 +1,5 @@
+use std::ops::Range;
+
 use crate::grid::Grid;
 use crate::particles::Places;
 use crate::shape::{CellOnAxis, MAX_WIDTH, ShapeFunction};
@@ -106,22 +108,22 @@ impl<const D: usize> ChunkWeights<D> {
         self.first_node[i]
     }
 
-    /// N (–) of the nodes along x.
+    /// N (–) of node `k` along an axis.
     #[inline(always)]
-    pub(super) fn value(&self, i: usize) -> [f64; MAX_WIDTH] {
-        std::array::from_fn(|k| self.along[0].value[k][i])
+    pub(super) fn value(&self, axis: usize, k: usize, i: usize) -> f64 {
+        self.along[axis].value[k][i]
     }
 
-    /// ∂N/∂x of the nodes along x (1/m).
+    /// The gradient of N along the axis (1/m).
     #[inline(always)]
-    pub(super) fn gradient(&self, i: usize) -> [f64; MAX_WIDTH] {
-        std::array::from_fn(|k| self.along[0].gradient[k][i])
+    pub(super) fn gradient(&self, axis: usize, k: usize, i: usize) -> f64 {
+        self.along[axis].gradient[k][i]
     }
 
-    /// N (x_I − X_p) of the nodes along x (m).
+    /// N times the way from the point to the node along the axis (m).
     #[inline(always)]
-    pub(super) fn moment(&self, i: usize) -> [f64; MAX_WIDTH] {
-        std::array::from_fn(|k| self.along[0].moment[k][i])
+    pub(super) fn moment(&self, axis: usize, k: usize, i: usize) -> f64 {
+        self.along[axis].moment[k][i]
     }
 
     /// The diagonal of Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (m²): shape functions are products over the axes whose values sum to 1.
@@ -130,31 +132,30 @@ impl<const D: usize> ChunkWeights<D> {
         std::array::from_fn(|axis| self.along[axis].spread[i])
     }
 
-    /// The layers of rows along an axis other than x that a particle reaches; one that holds everything where space has no such axis.
+    /// The nodes along an axis that a particle reaches.
     ///
     /// Quadratic splines, and boxes no longer than a cell, leave out the first or the last of four. Where both are left out only one is: always
     /// the same number of turns is faster.
     #[inline(always)]
-    pub(super) fn layers<S: ShapeFunction>(
-        &self,
-        grid: &Grid<D>,
-        axis: usize,
-        i: usize,
-    ) -> impl Iterator<Item = Layer> {
-        let is_there = axis < D;
-        let axis = axis.min(D - 1);
-        let along = &self.along[axis];
-        let stride = grid.node_strides()[axis] as u32;
-        let is_left_out = |k: usize| S::WIDTH > 2 && along.value[k][i] == 0.0 && along.gradient[k][i] == 0.0;
+    pub(super) fn reached<S: ShapeFunction>(&self, axis: usize, i: usize) -> Range<usize> {
+        let is_left_out = |k: usize| S::WIDTH > 2 && self.value(axis, k, i) == 0.0 && self.gradient(axis, k, i) == 0.0;
         let (first, last) = (is_left_out(0), is_left_out(S::WIDTH - 1));
         let start = usize::from(first);
-        let end = if is_there { start + S::WIDTH - usize::from(first | last) } else { start + 1 };
-        (start..end).map(move |k| match is_there {
+        start..start + S::WIDTH - usize::from(first | last)
+    }
+
+    /// The layers of rows along an axis other than x that a particle reaches; one that holds everything where space has no such axis.
+    #[inline(always)]
+    pub(super) fn layers<S: ShapeFunction>(&self, grid: &Grid<D>, axis: usize, i: usize) -> impl Iterator<Item = Layer> + Clone {
+        let is_there = axis < D;
+        let reached = if is_there { self.reached::<S>(axis, i) } else { 0..1 };
+        let stride = if is_there { grid.node_strides()[axis] as u32 } else { 0 };
+        reached.map(move |k| match is_there {
             true => Layer {
                 offset: k as u32 * stride,
-                value: along.value[k][i],
-                gradient: along.gradient[k][i],
-                moment: along.moment[k][i],
+                value: self.value(axis, k, i),
+                gradient: self.gradient(axis, k, i),
+                moment: self.moment(axis, k, i),
             },
             false => Layer { offset: 0, value: 1.0, gradient: 0.0, moment: 0.0 },
         })

@@ -1,7 +1,6 @@
 use std::ops::{Add, AddAssign, Mul};
 
 use crate::lanes::{Four, Vectors};
-use crate::shape::MAX_WIDTH;
 
 /// Numbers at the nodes of a row along x as they lie in memory, the components of a node and then those of the next: `V` vectors of four.
 #[derive(Clone, Copy)]
@@ -16,8 +15,8 @@ impl<X: Vectors, const V: usize> Row<X, V> {
 
     /// One number for each node, the same for all its `components`.
     #[inline(always)]
-    pub(super) fn of_nodes(vectors: X, components: usize, values: [f64; MAX_WIDTH]) -> Self {
-        Row::from_fn(vectors, |place| values[place / components])
+    pub(super) fn of_nodes(vectors: X, components: usize, of_node: impl Fn(usize) -> f64) -> Self {
+        Row::from_fn(vectors, |place| of_node(place / components))
     }
 
     /// One number for each component, the same for all nodes.
@@ -35,16 +34,6 @@ impl<X: Vectors, const V: usize> Row<X, V> {
         row
     }
 
-    /// The numbers of a row, at most four to a vector; zeros beyond its end.
-    #[inline(always)]
-    pub(super) fn read(vectors: X, values: &[f64]) -> Self {
-        let mut row = Row::zeros(vectors);
-        for (four, values) in row.0.iter_mut().zip(values.chunks(4)) {
-            *four = first_lanes(vectors, values);
-        }
-        row
-    }
-
     /// Adds the numbers to those of a row.
     #[inline(always)]
     pub(super) fn add_to(self, vectors: X, values: &mut [f64]) {
@@ -53,26 +42,15 @@ impl<X: Vectors, const V: usize> Row<X, V> {
             values.copy_from_slice(&sum[..values.len()]);
         }
     }
-
-    /// The sum over the nodes of each component.
-    #[inline(always)]
-    pub(super) fn sum_over_nodes<const D: usize>(self) -> [f64; D] {
-        let mut sums = [-0.0; D];
-        for v in 0..V {
-            let lanes = self.0[v].to_array();
-            for (lane, value) in lanes.into_iter().enumerate() {
-                sums[(4 * v + lane) % D] += value;
-            }
-        }
-        sums
-    }
 }
 
 /// At most four numbers, with zeros after them.
 #[inline(always)]
-fn first_lanes<X: Vectors>(vectors: X, values: &[f64]) -> Four<X> {
+pub(super) fn first_lanes<X: Vectors>(vectors: X, values: &[f64]) -> Four<X> {
+    if let Some(four) = values.first_chunk() {
+        return Four::new(vectors, *four);
+    }
     match *values {
-        [a, b, c, d] => Four::new(vectors, [a, b, c, d]),
         [a, b, c] => Four::new(vectors, [a, b, c, 0.0]),
         [a, b] => Four::new(vectors, [a, b, 0.0, 0.0]),
         [a] => Four::new(vectors, [a, 0.0, 0.0, 0.0]),

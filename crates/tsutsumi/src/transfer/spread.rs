@@ -99,23 +99,23 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     fn new(vectors: X, weights: &ChunkWeights<D>, i: usize, from: &Sources<D>, p: usize) -> Self {
         let (mass, velocity) = (from.mass[p], from.velocity[p]);
         let stress = from.stress[p].block::<D>(-from.volume[p]);
-        let value = Row::of_nodes(vectors, D, weights.value(i));
-        let gradient = Row::of_nodes(vectors, D, weights.gradient(i));
+        let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
+        let gradient = Row::of_nodes(vectors, D, |k| weights.gradient(0, k, i));
         let momentum = Row::of_components::<D>(vectors, std::array::from_fn(|i| velocity[i] * mass));
         let mut force = [Row::zeros(vectors); D];
         for j in 0..D {
             let column = Row::of_components::<D>(vectors, std::array::from_fn(|i| stress[i][j]));
             force[j] = column * if j == 0 { gradient } else { value };
         }
-        let mass = Row::of_nodes(vectors, 1, weights.value(i)) * mass;
+        let mass = Row::of_nodes(vectors, 1, |k| weights.value(0, k, i)) * mass;
         Gifts { mass, momentum: momentum * value, momentum_gradient: [Row::zeros(vectors); D], force }
     }
 
     /// With the momentum of a motion around the particle, whose gradient stands column by column (kg/s).
     #[inline(always)]
     fn go_round(&mut self, vectors: X, weights: &ChunkWeights<D>, i: usize, columns: [[f64; D]; D]) {
-        let moment = Row::of_nodes(vectors, D, weights.moment(i));
-        let value = Row::of_nodes(vectors, D, weights.value(i));
+        let moment = Row::of_nodes(vectors, D, |k| weights.moment(0, k, i));
+        let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
         self.momentum += moment * Row::of_components(vectors, columns[0]);
         for j in 1..D {
             self.momentum_gradient[j] = value * Row::of_components(vectors, columns[j]);
@@ -132,9 +132,10 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
         nodes: &mut NodeSums<D>,
     ) {
         let first = weights.first_node(i) - nodes.first as u32;
+        let along_y = weights.layers::<S>(grid, 1, i);
         for z in weights.layers::<S>(grid, 2, i) {
             let layer = if D > 2 { self.layer::<AROUND>(&z) } else { LayerRows::of_plane(self, vectors) };
-            for y in weights.layers::<S>(grid, 1, i) {
+            for y in along_y.clone() {
                 let row = (first + z.offset + y.offset) as usize;
                 let row = row..row + S::WIDTH;
                 (layer.mass * y.value).add_to(vectors, &mut nodes.mass[row.clone()]);
