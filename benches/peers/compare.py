@@ -3,6 +3,7 @@
 
     python3 benches/peers/compare.py                 # numba and C
     python3 benches/peers/compare.py --taichi        # and Taichi
+    python3 benches/peers/compare.py --opensees      # and the paper's column with OpenSees
     python3 benches/peers/compare.py --only "2-D"    # rows whose name holds the text
     python3 benches/peers/compare.py --smoke         # a block of a few particles: do all programs agree?
 
@@ -24,7 +25,7 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 ROOT = HERE.parents[1]
 BUILD = ROOT / "target" / "peers"
-PACKAGES = {"numba": ["numba==0.68.*"], "taichi": ["taichi==1.7.*"]}
+PACKAGES = {"numba": ["numba==0.68.*"], "taichi": ["taichi==1.7.*"], "opensees": ["openseespy==3.7.*"]}
 C_FLAGS = ["-O3", "-march=native", "-ffast-math", "-fopenmp"]
 
 LINEAR, SPLINE = ["--shape", "linear"], ["--shape", "bspline2", "--update", "apic"]
@@ -38,6 +39,8 @@ ROWS = [
     ("3-D bspline2 + APIC, 1 M", 3, 1_000_000, 3, SPLINE, ["numba", "taichi"]),
     ("2-D GIMP, 1 M", 2, 1_000_000, 8, GIMP, ["tsutsumi-linear"]),
 ]
+# The paper's column: name, our cells. OpenSees has 20 elements.
+COLUMNS = [("paper's column, 10 cells", 10), ("column of 20 cells", 20)]
 # By the clock, and by what the program had of the processors.
 RATES = ["particle_steps_per_s", "particle_steps_per_cpu_s"]
 NAMES = {"c": "C, particle by particle", "c-by-cell": "C, by cell", "tsutsumi-linear": "ours, linear"}
@@ -53,7 +56,7 @@ def output(command, **options):
 def prepare(tools):
     """Builds our program, those in C, and an environment with the Python packages."""
     BUILD.mkdir(parents=True, exist_ok=True)
-    output(["cargo", "build", "--release", "--quiet", "-p", "tsutsumi-benches", "--bin", "throughput"])
+    output(["cargo", "build", "--release", "--quiet", "-p", "tsutsumi-benches", "--bin", "throughput", "--bin", "column"])
     for name in ["block", "block_by_cell", "triad"]:
         output(["cc", *C_FLAGS, HERE / f"{name}.c", "-o", BUILD / name, "-lm"])
     python = BUILD / "venv" / "bin" / "python"
@@ -64,9 +67,13 @@ def prepare(tools):
     return python
 
 
+def targets():
+    return Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+
+
 def command(tool, python, row, threads, rounds_of):
     _, dimension, particles, steps, ours, _ = row
-    target = Path(os.environ.get("CARGO_TARGET_DIR", ROOT / "target"))
+    target = targets()
     size = ["--dim", dimension, "--particles", particles, "--threads", threads, "--steps", steps, "--repeats", rounds_of]
     if tool == "tsutsumi":
         return [target / "release" / "throughput", *size, *ours]
@@ -78,8 +85,13 @@ def command(tool, python, row, threads, rounds_of):
 
 
 def run(tool, python, row, threads):
+    return said(command(tool, python, row, threads, 1))
+
+
+def said(command):
+    """What a program says of itself: its last line of JSON."""
     environment = {**os.environ, "PYTHONDONTWRITEBYTECODE": "1"}
-    lines = output(command(tool, python, row, threads, 1), env=environment).splitlines()
+    lines = [line for line in output(command, env=environment).splitlines() if line.startswith("{")]
     return json.loads(lines[-1])
 
 
@@ -124,6 +136,25 @@ def compare(row, threads, rounds, python, installed, speed):
         cells = [""] * len(cells)
 
 
+def compare_columns(columns, rounds, steps, python):
+    """The table of the paper's column beside OpenSees, one thread each."""
+    print()
+    print("| column | ours, µs per step | OpenSees, 20 quadUP elements | theirs / ours |")
+    print("|---|---|---|---|")
+    for name, cells in columns:
+        ours, theirs = [], []
+        for _ in range(rounds):
+            ours.append(said([targets() / "release" / "column", "--cells", cells, "--steps", steps]))
+            theirs.append(said([python, HERE / "column_opensees.py", "--steps", max(steps // 10, 1)]))
+            a, b = [run["check"]["settlement"] for run in (ours[-1], theirs[-1])]
+            # Large strains against small ones, and coarse cells: 0.4 to 0.5 % seen.
+            if abs(a - b) > 0.01 * abs(b):
+                sys.exit(f"{name}: the settlement is {a} m here and {b} m with OpenSees")
+        of = "us_per_step"
+        cells = [name, f"{median(ours, of):.2f}", f"{median(theirs, of):.0f}", ratio(theirs, ours, of)]
+        print("| " + " | ".join(cells) + " |", flush=True)
+
+
 def known(rate):
     return float("nan") if rate is None else rate
 
@@ -145,22 +176,8 @@ def processor():
         return platform.processor() or platform.machine()
 
 
-def main():
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--taichi", action="store_true", help="compare with Taichi, too")
-    parser.add_argument("--rounds", type=int, default=3)
-    parser.add_argument("--threads", type=int, nargs="+", default=[1, 4])
-    parser.add_argument("--only", default="", help="rows whose name holds this text")
-    parser.add_argument("--smoke", action="store_true", help="few particles, one round")
-    options = parser.parse_args()
-    installed = ["numba", "taichi"] if options.taichi else ["numba"]
-    python = prepare(installed)
-    rows = [row for row in ROWS if options.only in row[0]]
-    if options.smoke:
-        options.rounds = 1
-        rows = [(name.split(",")[0] + ", smoke", dimension, 1000, 500, *rest) for name, dimension, _, _, *rest in rows]
+def compare_blocks(rows, options, python, installed):
     speeds = {threads: bandwidth(threads, 512) for threads in options.threads}
-    print(f"{processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} at the start; {options.rounds} rounds")
     print("Bandwidth (triad): " + ", ".join(f"{speed:.1f} GB/s with {threads}" for threads, speed in speeds.items()))
     print()
     print("| block | threads | ours, M/s | per core | bytes per particle | of bandwidth | other | M/s / per core | ours / theirs | per core |")
@@ -168,6 +185,29 @@ def main():
     for row in rows:
         for threads in options.threads:
             compare(row, threads, options.rounds, python, installed, speeds[threads])
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("--taichi", action="store_true", help="compare with Taichi, too")
+    parser.add_argument("--opensees", action="store_true", help="compare the paper's column with OpenSees, too")
+    parser.add_argument("--rounds", type=int, default=3)
+    parser.add_argument("--threads", type=int, nargs="+", default=[1, 4])
+    parser.add_argument("--only", default="", help="rows whose name holds this text")
+    parser.add_argument("--smoke", action="store_true", help="few particles, one round")
+    options = parser.parse_args()
+    installed = ["numba"] + ["taichi"] * options.taichi + ["opensees"] * options.opensees
+    python = prepare(installed)
+    columns = [column for column in COLUMNS if options.opensees and options.only in column[0]]
+    rows = [row for row in ROWS if options.only in row[0]]
+    if options.smoke:
+        options.rounds = 1
+        rows = [(name.split(",")[0] + ", smoke", dimension, 1000, 500, *rest) for name, dimension, _, _, *rest in rows]
+    print(f"{processor()}, {os.cpu_count()} cores, load {os.getloadavg()[0]:.1f} at the start; {options.rounds} rounds")
+    if rows:
+        compare_blocks(rows, options, python, installed)
+    if columns:
+        compare_columns(columns, options.rounds, 200 if options.smoke else 20_000, python)
 
 
 if __name__ == "__main__":

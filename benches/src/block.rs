@@ -113,6 +113,14 @@ impl Block {
     /// # Errors
     /// See [`BlockError`].
     pub fn build<const D: usize>(&self) -> Result<Solver<D>, BlockError> {
+        Ok(Solver::new(self.parts()?)?)
+    }
+
+    /// What the block's solver is made of.
+    ///
+    /// # Errors
+    /// See [`BlockError`].
+    pub fn parts<const D: usize>(&self) -> Result<Parts<D>, BlockError> {
         let cells = self.cells_per_axis(D);
         let spacing = 1.0 / cells as f64;
         let grid =
@@ -135,7 +143,7 @@ impl Block {
             true => Box::new(Coupled::new(WATER, Quadrature::MaterialPoints, true)),
             false => Box::new(Dry),
         };
-        Ok(Solver::new(Parts {
+        Ok(Parts {
             groups: vec![self.group(&particles)?],
             grid,
             particles,
@@ -147,7 +155,7 @@ impl Block {
             pressure,
             damping: Damping::default(),
             volumetric_strain: VolumetricStrain::default(),
-        })?)
+        })
     }
 
     /// The step (s): that of all programs, shorter where the ground is stiffer or holds water.

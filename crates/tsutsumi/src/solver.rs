@@ -19,10 +19,11 @@ use crate::boundary::Boundary;
 use crate::damping::Damping;
 use crate::grid::{ActiveSet, CellFields, Grid, NodeFields};
 use crate::law::MaterialGroup;
+use crate::parallel;
 use crate::particles::Particles;
 use crate::pressure::{PressureReport, PressureScheme, StepView};
 use crate::tensor::Vector;
-use crate::transfer::Transfer;
+use crate::transfer::{GRAIN, Transfer};
 use crate::velocity::VelocityUpdate;
 use error::closed_pores;
 use motion::{Followers, Motion};
@@ -144,6 +145,15 @@ impl<const D: usize> Solver<D> {
     /// # Errors
     /// See [`StepError`].
     pub fn step(&mut self, dt: f64) -> Result<StepReport, StepError> {
+        // Loops of smaller bodies do not leave the thread.
+        match self.parts.particles.len() > GRAIN {
+            true => parallel::within_pool(|| self.step_here(dt)),
+            false => self.step_here(dt),
+        }
+    }
+
+    /// The step, on this thread and those that help it.
+    fn step_here(&mut self, dt: f64) -> Result<StepReport, StepError> {
         // 2. The grid is as it was at the start; find the particles in it.
         self.locate()?;
 

@@ -144,8 +144,20 @@ struct Topology {
     /// The first column of each row: the smallest row among the cells that share a node with it.
     first_column: Vec<u32>,
     direct: bool,
+    /// What the nodes add to the direct solver's matrix, node by node.
+    products: Vec<NodeProduct>,
     /// Mean square half bandwidth up to which the direct solver is used.
     widest_direct: usize,
+}
+
+/// K_vᵀ c/m K_v of two cells at a node: a part of an entry of the direct solver's matrix.
+#[derive(Debug, Clone, Copy)]
+struct NodeProduct {
+    node: u32,
+    /// Where the cells' K_v of this node stand.
+    cells: [u32; 2],
+    /// The entry; 32 bits hold places in 34 GB.
+    entry: u32,
 }
 
 /// Mean square of the matrix's half bandwidth up to which the direct solver is used: there both cost the same (squares of 23 cells, one thread).
@@ -248,6 +260,7 @@ impl<const D: usize> Coupled<D> {
         self.drains.reserve(2 * D * size);
         if self.topology.direct {
             self.matrix.set_shape(self.topology.first_column.iter().copied());
+            self.topology.list_products(at.active.nodes(), &self.matrix);
         } else {
             self.wide.rebuild(at, &self.topology.stencils);
         }
@@ -500,19 +513,10 @@ impl<const D: usize> Coupled<D> {
                 matrix.add(row(a), row(b), value);
             }
         });
-        for (i, &node) in at.active.nodes().iter().enumerate() {
-            let compliance = self.compliance[node as usize];
-            let around = || topology.cells_of_node(i).iter().zip(topology.slots_of_node(i));
-            for (&e, &slot_e) in around() {
-                let row_e = row(slot_e);
-                let pushed = self.divergence[e as usize].component_mul(&compliance);
-                for (&f, &slot_f) in around() {
-                    let row_f = row(slot_f);
-                    if row_f <= row_e {
-                        self.matrix.add(row_e, row_f, pushed.dot(&self.divergence[f as usize]));
-                    }
-                }
-            }
+        let entries = self.matrix.entries_mut();
+        for &NodeProduct { node, cells: [e, f], entry } in &topology.products {
+            let pushed = self.divergence[e as usize].component_mul(&self.compliance[node as usize]);
+            entries[entry as usize] += pushed.dot(&self.divergence[f as usize]);
         }
         self.matrix.factorize().map_err(|bad| {
             let slot = topology.slot_of_row[bad.row] as usize;
@@ -696,6 +700,21 @@ impl Topology {
                 *column = first.min(*column);
             }
         }
+    }
+
+    fn list_products(&mut self, nodes: &[u32], matrix: &Envelope) {
+        let mut products = std::mem::take(&mut self.products);
+        products.clear();
+        for (i, &node) in nodes.iter().enumerate() {
+            let around = || self.cells_of_node(i).iter().zip(self.slots_of_node(i));
+            for ((&e, &slot_e), (&f, &slot_f)) in around().flat_map(|e| around().map(move |f| (e, f))) {
+                let [row, column] = [slot_e, slot_f].map(|slot| self.row_of_slot[slot as usize] as usize);
+                if column <= row {
+                    products.push(NodeProduct { node, cells: [e, f], entry: matrix.place(row, column) as u32 });
+                }
+            }
+        }
+        self.products = products;
     }
 
     /// The entries (slot × stencil length + local node) that meet at the active node number `i`.

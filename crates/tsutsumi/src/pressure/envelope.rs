@@ -1,19 +1,27 @@
-//! Cholesky factorisation of a symmetric positive definite matrix stored by its envelope.
+//! Factorisation of a symmetric positive definite matrix stored by its envelope.
 //!
 //! Row `i` keeps the entries from its first non-zero to the diagonal. A column of cells is a tridiagonal matrix; the
 //! factor fits into the same envelope, so nothing is allocated when values change.
 
-/// A symmetric matrix, or its Cholesky factor, stored by rows within its lower envelope.
+/// A symmetric matrix, or its factor, stored by rows within its lower envelope.
+///
+/// # Equation
+///
+/// ```text
+/// A = L D Lᵀ      L_ii = 1      D_ii > 0
+/// ```
+///
+/// Cholesky's factorisation without roots: one division per row. The factor holds 1/D_ii on its diagonal.
 #[derive(Debug, Clone, Default)]
 pub(super) struct Envelope {
     /// First column of each row.
     first: Vec<u32>,
-    /// Where the entry (i, 0) of each row would stand in `values`; wraps around below zero.
-    base: Vec<usize>,
+    /// Where each row ends in `values`, behind its diagonal.
+    end: Vec<usize>,
     values: Vec<f64>,
 }
 
-/// A pivot that is not positive, at a row.
+/// A pivot D_ii that is not positive, at a row.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct BadPivot {
     pub(super) row: usize,
@@ -24,90 +32,114 @@ impl Envelope {
     /// Sets the shape: `first[i]` is the first column of row `i`, at most `i`. Reuses memory.
     pub(super) fn set_shape(&mut self, first: impl Iterator<Item = u32>) {
         self.first.clear();
-        self.base.clear();
+        self.end.clear();
         let mut end = 0_usize;
         for (row, column) in first.enumerate() {
-            self.first.push(column);
-            self.base.push(end.wrapping_sub(column as usize));
             end += row + 1 - column as usize;
+            self.first.push(column);
+            self.end.push(end);
         }
         self.values.clear();
         self.values.resize(end, 0.0);
-    }
-
-    pub(super) fn num_rows(&self) -> usize {
-        self.first.len()
     }
 
     pub(super) fn clear_values(&mut self) {
         self.values.fill(0.0);
     }
 
+    /// The place of the entry (row, column) of the lower triangle among all.
     #[inline]
-    fn place(&self, row: usize, column: usize) -> usize {
-        self.base[row].wrapping_add(column)
+    pub(super) fn place(&self, row: usize, column: usize) -> usize {
+        self.end[row] - 1 - (row - column)
     }
 
-    /// Adds to the entry (row, column); only the lower triangle is kept.
+    /// All entries, row by row.
+    #[inline]
+    pub(super) fn entries_mut(&mut self) -> &mut [f64] {
+        &mut self.values
+    }
+
+    /// Adds to the entry (row, column) of the lower triangle.
     #[inline]
     pub(super) fn add(&mut self, row: usize, column: usize, value: f64) {
         let place = self.place(row, column);
         self.values[place] += value;
     }
 
-    #[inline]
-    fn row(&self, row: usize) -> (usize, &[f64]) {
-        let first = self.first[row] as usize;
-        (first, &self.values[self.place(row, first)..=self.place(row, row)])
-    }
-
-    /// Replaces the matrix A by its factor L, A = L Lᵀ.
+    /// Replaces the matrix A by its factor.
+    ///
+    /// # Equation
+    ///
+    /// ```text
+    /// u_ij = A_ij − Σ_k u_ik L_jk      L_ij = u_ij / D_jj      D_ii = A_ii − Σ_j u_ij L_ij
+    /// ```
     pub(super) fn factorize(&mut self) -> Result<(), BadPivot> {
-        for i in 0..self.num_rows() {
-            let first_i = self.first[i] as usize;
-            for j in first_i..i {
-                let from = first_i.max(self.first[j] as usize);
-                let dot = self.dot_rows(i, j, from, j);
-                let place = self.place(i, j);
-                self.values[place] = (self.values[place] - dot) / self.values[self.place(j, j)];
+        let Envelope { first, end, values } = self;
+        let mut start = 0;
+        for (i, (&first_i, &end_i)) in first.iter().zip(&*end).enumerate() {
+            let (done, rest) = values.split_at_mut(start);
+            start = end_i;
+            let first_i = first_i as usize;
+            // The last one is the diagonal: a row is never empty.
+            let Some((pivot, row)) = rest[..i + 1 - first_i].split_last_mut() else { continue };
+            let (first, end) = (&first[first_i..i], &end[first_i..i]);
+            for (j, (&first_j, &end_j)) in first.iter().zip(end).enumerate() {
+                let (before, at) = row.split_at_mut(j);
+                let shared = j.min(first_i + j - first_j as usize);
+                at[0] -= dot(&before[j - shared..], &done[end_j - 1 - shared..end_j - 1]);
             }
-            let pivot = self.values[self.place(i, i)] - self.dot_rows(i, i, first_i, i);
+            for (entry, &end_j) in row.iter_mut().zip(end) {
+                let scaled = *entry * done[end_j - 1];
+                *pivot -= *entry * scaled;
+                *entry = scaled;
+            }
             // NaN fails the comparison too.
-            if !(pivot > 0.0 && pivot.is_finite()) {
-                return Err(BadPivot { row: i, pivot });
+            if !(*pivot > 0.0 && pivot.is_finite()) {
+                return Err(BadPivot { row: i, pivot: *pivot });
             }
-            let place = self.place(i, i);
-            self.values[place] = pivot.sqrt();
+            *pivot = 1.0 / *pivot;
         }
         Ok(())
     }
 
-    /// Σ_k L_ik L_jk over the columns `from..to`.
-    #[inline]
-    fn dot_rows(&self, i: usize, j: usize, from: usize, to: usize) -> f64 {
-        let a = &self.values[self.place(i, from)..self.place(i, to)];
-        let b = &self.values[self.place(j, from)..self.place(j, to)];
-        a.iter().zip(b).map(|(x, y)| x * y).sum()
-    }
-
-    /// Solves L Lᵀ x = b in place, after [`Envelope::factorize`].
+    /// Solves L D Lᵀ x = b in place, after [`Envelope::factorize`].
     pub(super) fn solve(&self, x: &mut [f64]) {
-        for i in 0..self.num_rows() {
-            let (first, row) = self.row(i);
-            let last = row.len() - 1;
-            let dot: f64 = row[..last].iter().zip(&x[first..i]).map(|(l, x)| l * x).sum();
-            x[i] = (x[i] - dot) / row[last];
+        let Envelope { first, end, values } = self;
+        let mut rest = &values[..];
+        for (i, &first) in first.iter().enumerate() {
+            let first = first as usize;
+            let (row, below) = rest.split_at(i + 1 - first);
+            rest = below;
+            x[i] -= dot(&row[..i - first], &x[first..i]);
         }
-        for i in (0..self.num_rows()).rev() {
-            let (first, row) = self.row(i);
-            let last = row.len() - 1;
-            x[i] /= row[last];
+        for (x, &end) in x.iter_mut().zip(end) {
+            *x *= values[end - 1];
+        }
+        let mut rest = &values[..];
+        for (i, &first) in first.iter().enumerate().rev() {
+            let first = first as usize;
+            let (above, row) = rest.split_at(rest.len() - (i + 1 - first));
+            rest = above;
             let xi = x[i];
-            for (l, x) in row[..last].iter().zip(&mut x[first..i]) {
+            for (x, l) in x[first..i].iter_mut().zip(row) {
                 *x -= l * xi;
             }
         }
     }
+}
+
+/// Σ a_i b_i, in four sums side by side: each addition waits for the one before.
+fn dot(a: &[f64], b: &[f64]) -> f64 {
+    let mut sums = [0.0; 4];
+    let (a, rest_a) = a.as_chunks::<4>();
+    let (b, rest_b) = b.as_chunks::<4>();
+    for (a, b) in a.iter().zip(b) {
+        for i in 0..4 {
+            sums[i] += a[i] * b[i];
+        }
+    }
+    let rest: f64 = rest_a.iter().zip(rest_b).map(|(a, b)| a * b).sum();
+    sums[0] + sums[1] + (sums[2] + sums[3]) + rest
 }
 
 #[cfg(test)]
