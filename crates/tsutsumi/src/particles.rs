@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::grid::{Grid, SideSet, vec_bytes};
-use crate::parallel;
+use crate::parallel::{self, vectorized};
 use crate::tensor::{Sym3, Vector};
 
 /// Particles that one thread locates at a time.
@@ -151,21 +151,18 @@ impl<const D: usize> Particles<D> {
     /// # Errors
     /// The first particle outside the grid.
     pub fn locate(&mut self, grid: &Grid<D>) -> Result<bool, OutsideGrid> {
-        let pieces = ((&self.position[..], &mut self.cell[..]), 0..self.position.len());
-        let locate = |((positions, cells), range): ((&[Vector<D>], &mut [u32]), Range<usize>)| {
-            let mut moved = false;
-            for ((position, cell), p) in positions.iter().zip(cells).zip(range) {
-                let Some(new) = grid.cell_at(position) else { return (moved, Some(p)) };
-                moved |= *cell != new as u32;
-                *cell = new as u32;
-            }
-            (moved, None)
+        let pieces = (&self.position[..], &mut self.cell[..]);
+        let locate = |(positions, cells): (&[Vector<D>], &mut [u32])| {
+            vectorized(
+                #[inline(always)]
+                || locate_piece(grid, positions, cells),
+            )
         };
-        let (moved, outside) = parallel::fold(pieces, GRAIN, &locate, &|before: (bool, Option<usize>), after| {
-            (before.0 || after.0, before.1.or(after.1))
+        let (moved, outside) = parallel::fold(pieces, GRAIN, &locate, &|before: (bool, bool), after| {
+            (before.0 || after.0, before.1 || after.1)
         });
         let list = |v: Vector<D>| v.iter().copied().collect();
-        match outside {
+        match self.position.iter().position(|position| outside && grid.cell_at(position).is_none()) {
             Some(particle) => Err(OutsideGrid {
                 particle,
                 position: list(self.position[particle]),
@@ -185,6 +182,26 @@ impl<const D: usize> Particles<D> {
     pub fn kinetic_energy(&self) -> f64 {
         self.mass.iter().zip(&self.velocity).map(|(m, v)| 0.5 * m * v.norm_squared()).sum()
     }
+}
+
+/// Particles whose cells are found before any is written: most stay where they are, and cost no write.
+const BLOCK: usize = 64;
+
+/// Finds the cells of some particles. Returns whether any changed its cell, and whether any is outside the grid: its block keeps its cells.
+#[inline(always)]
+fn locate_piece<const D: usize>(grid: &Grid<D>, positions: &[Vector<D>], cells: &mut [u32]) -> (bool, bool) {
+    let (mut moved, mut outside) = (false, false);
+    for (positions, cells) in positions.chunks(BLOCK).zip(cells.chunks_mut(BLOCK)) {
+        let mut found = [0; BLOCK];
+        let all_inside = grid.cells_at(positions, &mut found);
+        let differences = cells.iter().zip(&found).fold(0, |bits, (old, new)| bits | (old ^ new));
+        outside |= !all_inside;
+        if all_inside && differences != 0 {
+            cells.copy_from_slice(&found[..cells.len()]);
+            moved = true;
+        }
+    }
+    (moved, outside)
 }
 
 impl<const D: usize> Particles<D> {
