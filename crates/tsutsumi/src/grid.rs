@@ -364,7 +364,7 @@ impl<const D: usize> NodeFields<D> {
             tie.gather(&mut self.acceleration);
         }
         let mobility = &self.mobility;
-        active.change_nodes(&mut self.acceleration, |_, node, value| scale(value, &mobility[node]));
+        active.change_runs(&mut self.acceleration, |nodes, values| scale(values, &mobility[nodes]));
     }
 
     /// Turns momenta (kg m/s) of the nodes into velocities (m/s), as [`Self::forces_to_accelerations`] does with forces.
@@ -372,14 +372,14 @@ impl<const D: usize> NodeFields<D> {
         for tie in &self.ties {
             tie.gather(field);
         }
-        active.change_nodes(field, |_, node, value| scale(value, &self.mobility[node]));
+        active.change_runs(field, |nodes, values| scale(values, &self.mobility[nodes]));
     }
 
     /// Sets the sums of the active nodes to zero.
     pub fn clear(&mut self, active: &ActiveSet) {
-        active.change_nodes(&mut self.mass, |_, _, mass| *mass = 0.0);
-        active.change_nodes(&mut self.velocity_old, |_, _, momentum| *momentum = Vector::zeros());
-        active.change_nodes(&mut self.force, |_, _, force| *force = Vector::zeros());
+        active.change_runs(&mut self.mass, |_, masses| masses.fill(0.0));
+        active.change_runs(&mut self.velocity_old, |_, momenta| momenta.fill(Vector::zeros()));
+        active.change_runs(&mut self.force, |_, forces| forces.fill(Vector::zeros()));
     }
 }
 
@@ -393,9 +393,11 @@ fn low_bits(number: f64) -> u32 {
 
 /// Component by component.
 #[inline(always)]
-fn scale<const D: usize>(vector: &mut Vector<D>, factors: &Vector<D>) {
-    for axis in 0..D {
-        vector[axis] *= factors[axis];
+fn scale<const D: usize>(vectors: &mut [Vector<D>], factors: &[Vector<D>]) {
+    for (vector, factors) in vectors.iter_mut().zip(factors) {
+        for axis in 0..D {
+            vector[axis] *= factors[axis];
+        }
     }
 }
 

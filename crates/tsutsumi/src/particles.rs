@@ -243,3 +243,73 @@ impl<const D: usize> Particles<D> {
         vectors.iter().chain(&numbers).chain(&others).sum()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn particle<const D: usize>(position: Vector<D>) -> Particle<D> {
+        Particle {
+            position,
+            half_size: Vector::repeat(0.1),
+            velocity: Vector::zeros(),
+            density: 1.0,
+            stress: Sym3::ZERO,
+            pressure: 0.0,
+            porosity: 0.0,
+            conductivity: 0.0,
+        }
+    }
+
+    /// Inside of cells, on grid lines and their neighbours among the numbers, and at both ends of the grid: the cells of [`Grid::cell_at`].
+    fn check_cells<const D: usize>(cells: [usize; D]) {
+        let (origin, spacing) = (Vector::from_fn(|i, _| 0.1 * (i as f64 - 1.0)), Vector::repeat(0.3));
+        let grid = Grid::new(origin, spacing, cells).unwrap();
+        let on_axis = |axis: usize| {
+            let line = move |i: usize| origin[axis] + 0.3 * i as f64;
+            let places =
+                (0..=cells[axis]).flat_map(move |i| [line(i).next_down(), line(i), line(i).next_up(), line(i) + 0.1]);
+            places.collect::<Vec<f64>>()
+        };
+        let axes: [Vec<f64>; D] = std::array::from_fn(on_axis);
+        let mut particles = Particles::default();
+        for number in 0..axes.iter().map(Vec::len).product() {
+            let mut rest = number;
+            let position = Vector::from_fn(|axis, _| {
+                let place = axes[axis][rest % axes[axis].len()];
+                rest /= axes[axis].len();
+                place
+            });
+            if grid.cell_at(&position).is_some() {
+                particles.push(particle(position));
+            }
+        }
+        assert!(particles.locate(&grid).unwrap());
+        let expected: Vec<u32> = particles.position.iter().map(|x| grid.cell_at(x).unwrap() as u32).collect();
+        assert_eq!(particles.cell, expected);
+        assert!((0..grid.num_cells() as u32).all(|cell| expected.contains(&cell)));
+        assert!(!particles.locate(&grid).unwrap());
+    }
+
+    #[test]
+    fn cells_are_those_of_the_grid_on_lines_and_at_the_ends_too() {
+        check_cells([70]);
+        check_cells([5, 7]);
+        check_cells([3, 2, 4]);
+    }
+
+    #[test]
+    fn the_first_particle_outside_is_named() {
+        let grid = Grid::new(Vector::<2>::zeros(), Vector::repeat(1.0), [3, 2]).unwrap();
+        let outside =
+            [Vector::<2>::new(-0.0_f64.next_up(), 1.0), Vector::<2>::new(1.0, f64::NAN), Vector::<2>::new(3.5, 1.0)];
+        for position in outside {
+            let mut particles = Particles::default();
+            (0..200).for_each(|_| particles.push(particle(Vector::<2>::new(2.9, 1.9))));
+            assert!(particles.locate(&grid).unwrap());
+            (particles.position[130], particles.position[190]) = (position, position);
+            particles.position[0].x = 0.5;
+            assert_eq!(particles.locate(&grid).unwrap_err().particle, 130);
+        }
+    }
+}

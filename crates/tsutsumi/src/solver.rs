@@ -286,9 +286,11 @@ impl<const D: usize> NodeFields<D> {
     /// Adds m_I b to the forces.
     fn add_gravity(&mut self, active: &ActiveSet, gravity: Vector<D>) {
         let mass = &self.mass;
-        active.change_nodes(&mut self.force, |_, node, force| {
-            for axis in 0..D {
-                force[axis] += gravity[axis] * mass[node];
+        active.change_runs(&mut self.force, |nodes, forces| {
+            for (force, mass) in forces.iter_mut().zip(&mass[nodes]) {
+                for axis in 0..D {
+                    force[axis] += gravity[axis] * mass;
+                }
             }
         });
     }
@@ -296,9 +298,12 @@ impl<const D: usize> NodeFields<D> {
     /// v_I^L = v_I + Δt a_I.
     fn advance(&mut self, active: &ActiveSet, dt: f64) {
         let NodeFields { velocity, velocity_old, acceleration, .. } = self;
-        active.change_nodes(velocity, |_, node, velocity| {
-            for axis in 0..D {
-                velocity[axis] = velocity_old[node][axis] + acceleration[node][axis] * dt;
+        active.change_runs(velocity, |nodes, velocities| {
+            let motions = velocity_old[nodes.clone()].iter().zip(&acceleration[nodes]);
+            for (velocity, (old, acceleration)) in velocities.iter_mut().zip(motions) {
+                for axis in 0..D {
+                    velocity[axis] = old[axis] + acceleration[axis] * dt;
+                }
             }
         });
     }

@@ -1,5 +1,7 @@
+use std::ops::Range;
+
 use super::vec_bytes;
-use crate::parallel::{self, Pieces};
+use crate::parallel::{self, Pieces, vectorized};
 
 /// Nodes that one thread takes at a time.
 const GRAIN: usize = 2048;
@@ -11,6 +13,8 @@ const GRAIN: usize = 2048;
 pub struct ActiveSet {
     cells: Vec<u32>,
     nodes: Vec<u32>,
+    /// For each active node, the place among them where the nodes that follow each other from it on end.
+    run_ends: Vec<u32>,
     slot_of_cell: Vec<u32>,
     node_is_active: Vec<bool>,
     generation: u64,
@@ -29,6 +33,7 @@ impl ActiveSet {
         ActiveSet {
             cells: Vec::with_capacity(num_cells),
             nodes: Vec::with_capacity(num_nodes),
+            run_ends: Vec::with_capacity(num_nodes),
             slot_of_cell: vec![NO_SLOT; num_cells],
             node_is_active: vec![false; num_nodes],
             generation: 0,
@@ -102,7 +107,16 @@ impl ActiveSet {
         self.nodes.clear();
         let touched = self.node_is_active.iter().enumerate().filter(|(_, is_active)| **is_active);
         self.nodes.extend(touched.map(|(node, _)| node as u32));
+        self.find_runs();
         self.generation += 1;
+    }
+
+    fn find_runs(&mut self) {
+        self.run_ends.clear();
+        for run in self.nodes.chunk_by(|node, next| node + 1 == *next) {
+            let end = self.run_ends.len() + run.len();
+            self.run_ends.resize(end, end as u32);
+        }
     }
 
     /// The active cells.
@@ -121,6 +135,27 @@ impl ActiveSet {
             for (number, &node) in piece.nodes.iter().enumerate() {
                 change(piece.place + number, node as usize, &mut piece.values[node as usize - piece.first]);
             }
+        };
+        parallel::for_each(ActiveValues { nodes: &self.nodes, place: 0, first: 0, values }, GRAIN, &work);
+    }
+
+    /// The same for nodes that follow each other, run by run, in loops for vectors: `change(nodes, values)`, which must be inlined.
+    pub(crate) fn change_runs<T: Send>(&self, values: &mut [T], change: impl Fn(Range<usize>, &mut [T]) + Sync) {
+        let work = |piece: ActiveValues<T>| {
+            vectorized(
+                #[inline(always)]
+                || {
+                    let end = piece.place + piece.nodes.len();
+                    let mut place = piece.place;
+                    while place < end {
+                        let next = end.min(self.run_ends[place] as usize);
+                        let first = self.nodes[place] as usize;
+                        let nodes = first..first + (next - place);
+                        change(nodes.clone(), &mut piece.values[nodes.start - piece.first..nodes.end - piece.first]);
+                        place = next;
+                    }
+                },
+            );
         };
         parallel::for_each(ActiveValues { nodes: &self.nodes, place: 0, first: 0, values }, GRAIN, &work);
     }
@@ -184,8 +219,18 @@ impl<T: Send> Pieces for ActiveValues<'_, T> {
 impl ActiveSet {
     /// The memory of the lists (bytes).
     pub(crate) fn bytes(&self) -> usize {
-        let ActiveSet { cells, nodes, slot_of_cell, node_is_active, generation: _, particles, first_particle } = self;
-        let lists: usize = [cells, nodes, slot_of_cell, particles, first_particle].map(vec_bytes).iter().sum();
+        let ActiveSet {
+            cells,
+            nodes,
+            run_ends,
+            slot_of_cell,
+            node_is_active,
+            generation: _,
+            particles,
+            first_particle,
+        } = self;
+        let lists: usize =
+            [cells, nodes, run_ends, slot_of_cell, particles, first_particle].map(vec_bytes).iter().sum();
         lists + vec_bytes(node_is_active)
     }
 }
@@ -207,6 +252,16 @@ mod tests {
         for (node, &value) in values.iter().enumerate() {
             let place = active.nodes().binary_search(&(node as u32));
             assert_eq!(value, place.map_or(-1.0, |place| (place + node) as f64));
+        }
+        // Runs of two nodes; the first piece may end within one.
+        let mut values = vec![-1.0; 20_000];
+        active.change_runs(&mut values, |nodes, values| {
+            for (node, value) in nodes.zip(values) {
+                *value = node as f64;
+            }
+        });
+        for (node, &value) in values.iter().enumerate() {
+            assert_eq!(value, if node % 3 != 1 { node as f64 } else { -1.0 });
         }
     }
 

@@ -7,7 +7,7 @@ use super::viscosity::{Viscosity, remember, resist};
 use crate::boundary::Boundary;
 use crate::damping::Damping;
 use crate::grid::{ActiveSet, Grid, NodeFields};
-use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, LawFailure, MaterialGroup};
+use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, LawFailure, MaterialGroup, StressBlock};
 use crate::parallel::{self, Pieces, vectorized};
 use crate::particles::{Particles, Places};
 use crate::pressure::StepView;
@@ -128,9 +128,7 @@ impl<const D: usize> Motion<D> {
         velocity_update: &dyn VelocityUpdate<D>,
     ) {
         self.mapped.resize(at.grid.num_nodes(), Vector::zeros());
-        for &node in at.active.nodes() {
-            self.mapped[node as usize] = Vector::zeros();
-        }
+        at.active.change_runs(&mut self.mapped, |_, momenta| momenta.fill(Vector::zeros()));
         at.transfer.spread_momentum(at.grid, at.active, particles, &mut self.mapped);
         velocity_update.add_momentum(at.grid, at.active, at.transfer, particles, &mut self.mapped);
         nodes.momenta_to_velocities(at.active, &mut self.mapped);
@@ -242,12 +240,13 @@ impl<const D: usize> FollowStep<'_, D> {
     fn follow(&self, piece: Piece<D>) -> BlockOutcome {
         let mut outcome = BlockOutcome::default();
         let mut at_particles = GatheredBlock::new();
-        let mut increments = IncrementBlock::within(self.at.dt);
+        let mut increments = IncrementBlock::within(self.at.dt, D);
+        let mut stresses = StressBlock::new();
         let mut rest = piece;
         while !rest.position.is_empty() {
             let len = rest.count().min(BLOCK);
             let (block, after) = rest.cut(len);
-            let of_block = self.follow_block(block, &mut at_particles, &mut increments);
+            let of_block = self.follow_block(block, &mut at_particles, &mut increments, &mut stresses);
             outcome = outcome.and(of_block);
             rest = after;
         }
@@ -259,6 +258,7 @@ impl<const D: usize> FollowStep<'_, D> {
         mut block: Piece<D>,
         at_particles: &mut GatheredBlock<D>,
         increments: &mut IncrementBlock,
+        stresses: &mut StressBlock,
     ) -> BlockOutcome {
         let &FollowStep { pass, at, nodes, .. } = self;
         let mut outcome = BlockOutcome::default();
@@ -284,7 +284,8 @@ impl<const D: usize> FollowStep<'_, D> {
 
             // 9. Effective stresses by the constitutive law.
             remember(block.felt, block.stress, increments);
-            outcome = self.group.update_aligned(block.first, block.stress, increments, block.volume).from(block.first);
+            outcome = self.group.update_aligned(block.first, block.stress, increments, block.volume, stresses);
+            outcome = outcome.from(block.first);
             resist(block.felt, block.stress, at.damping.stiffness / at.dt);
 
             // 10. Volumes and pores.
@@ -311,14 +312,14 @@ impl<const D: usize> FollowStep<'_, D> {
     /// The grains keep their volume: (1 − n) V stays. Dry ground has n = 0 and no pores to follow.
     #[inline(always)]
     fn stretch(&self, block: &mut Piece<D>, at_particles: &GatheredBlock<D>) {
-        let dt = self.at.dt;
         let mut ratios = [1.0; BLOCK];
-        for (p, volume) in block.volume.iter_mut().enumerate() {
-            let gradient: Matrix<D> = at_particles.at(p).velocity_gradient * dt;
-            ratios[p] = volume_ratio(&gradient);
-            *volume *= ratios[p];
+        let boxes = block.volume.iter_mut().zip(block.half_size.iter_mut());
+        for (p, ((volume, half_size), ratio)) in boxes.zip(&mut ratios).enumerate() {
+            let gradient: Matrix<D> = at_particles.at(p).velocity_gradient * self.at.dt;
+            *ratio = volume_ratio(&gradient);
+            *volume *= *ratio;
             for axis in 0..D {
-                block.half_size[p][axis] *= 1.0 + gradient[(axis, axis)];
+                half_size[axis] *= 1.0 + gradient[(axis, axis)];
             }
         }
         if !self.has_pores {
@@ -375,7 +376,7 @@ impl<const D: usize> NodeFields<D> {
 /// Moves particles with the grid, X_p ← X_p + Δt v^L(X_p).
 #[inline(always)]
 fn advance<const D: usize>(positions: &mut [Vector<D>], at_particles: &GatheredBlock<D>, dt: f64) {
-    for (p, position) in positions.iter_mut().enumerate() {
+    for (p, position) in positions.iter_mut().enumerate().take(BLOCK) {
         for axis in 0..D {
             position[axis] += at_particles.velocity[axis][p] * dt;
         }

@@ -66,7 +66,7 @@ mod tests {
         let turned = old.rotated(&rotation(&spin));
         let mut stresses = vec![turned, old * 1.5];
         let mut viscosity = Viscosity::new(0.1, &[old; 2]);
-        let mut increments = IncrementBlock::within(1.0);
+        let mut increments = IncrementBlock::within(1.0, 3);
         increments.spin[2][0] = spin.z;
         remember(viscosity.felt(), &[old; 2], &increments);
         resist(viscosity.felt(), &stresses, 4.0);
