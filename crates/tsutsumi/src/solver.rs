@@ -24,7 +24,6 @@ use crate::pressure::{PressureReport, PressureScheme, StepView};
 use crate::tensor::Vector;
 use crate::transfer::Transfer;
 use crate::velocity::VelocityUpdate;
-use error::closed_pores;
 use motion::{Followers, Motion};
 
 /// The parts that a [`Solver`] is made of. Each can be replaced by any other of its kind.
@@ -200,7 +199,7 @@ impl<const D: usize> Solver<D> {
         // 12. Next step.
         *clock = after;
         *outflow += dt * report.outflow_rate;
-        match failure.or_else(|| closed_pores(particles, at.time)) {
+        match failure.or_else(|| motion.closed_pores(particles, at.time)) {
             Some(error) => Err(error),
             None => Ok(StepReport { time: after.time(), pressure: report }),
         }

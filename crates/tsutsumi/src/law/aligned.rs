@@ -151,14 +151,14 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
     #[cold]
     fn refuse<const C: usize>(&mut self, failures: &mut Failures) {
         let Aligned { increments, room: StressBlock { old, new, work }, .. } = self;
-        for p in 0..self.stresses.len() {
+        for (p, work) in work.iter_mut().enumerate().take(self.stresses.len()) {
             if !tensor::<C>(new, p).is_finite() {
                 let error = LawError::NotFinite { strain: tensor::<C>(&increments.strain, p) };
                 failures.add(LawFailure::of::<L>(p, tensor::<C>(old, p), &increments.at(p), error));
                 set_tensor::<C>(new, p, tensor::<C>(old, p));
             }
             if failures.particles >> p & 1 != 0 {
-                work[p] = 0.0;
+                *work = 0.0;
             }
         }
     }

@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use super::dilation::{Dilation, VolumetricStrain};
-use super::error::StepError;
+use super::error::{StepError, closed_pores};
 use super::stress_order::{NodalVelocity, Pass};
 use super::viscosity::{Viscosity, remember, resist};
 use crate::boundary::Boundary;
@@ -19,7 +19,7 @@ use crate::velocity::VelocityUpdate;
 pub(super) struct Motion<const D: usize> {
     dilation: Dilation,
     viscosity: Viscosity,
-    /// Whether any particle has pores, and so porosities to follow.
+    /// Whether any particle has a porosity to follow.
     has_pores: bool,
     /// The nodes' velocities from the particles' new ones (m/s); empty until a stress order asks for them.
     mapped: Vec<Vector<D>>,
@@ -44,7 +44,7 @@ impl<const D: usize> Motion<D> {
         Motion {
             dilation: Dilation::new(volumetric_strain, grid),
             viscosity: Viscosity::new(damping.stiffness, &particles.stress),
-            has_pores: particles.porosity.iter().any(|&porosity| porosity > 0.0),
+            has_pores: particles.porosity.iter().any(|&porosity| porosity != 0.0),
             mapped: Vec::new(),
             strain_energy: 0.0,
         }
@@ -117,6 +117,11 @@ impl<const D: usize> Motion<D> {
             }
         }
         failure
+    }
+
+    /// The first particle whose grains leave no room for water. In dry ground nobody has to look.
+    pub(super) fn closed_pores(&self, particles: &Particles<D>, time: f64) -> Option<StepError> {
+        if self.has_pores { closed_pores(particles, time) } else { None }
     }
 
     /// The nodes' velocities from the particles' new ones, by Eq. (10) in the old places.
