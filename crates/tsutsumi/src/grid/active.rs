@@ -3,7 +3,7 @@ use std::ops::Range;
 use super::vec_bytes;
 use crate::parallel::{self, Pieces, vectorized};
 
-/// Nodes that one thread takes at a time.
+/// Nodes or cells that one thread takes at a time.
 const GRAIN: usize = 2048;
 
 /// The cells that hold particles and the nodes they touch, in ascending order, and the particles of each cell.
@@ -131,21 +131,22 @@ impl ActiveSet {
 
     /// Changes the values of a field at the active nodes, on all threads: `change(place among the active nodes, node, value)`.
     pub(crate) fn change_nodes<T: Send>(&self, values: &mut [T], change: impl Fn(usize, usize, &mut T) + Sync) {
-        let work = |piece: ActiveValues<T>| {
-            for (number, &node) in piece.nodes.iter().enumerate() {
-                change(piece.place + number, node as usize, &mut piece.values[node as usize - piece.first]);
-            }
-        };
-        parallel::for_each(ActiveValues { nodes: &self.nodes, place: 0, first: 0, values }, GRAIN, &work);
+        change_at(&self.nodes, values, &change);
     }
 
-    /// The same for nodes that follow each other, run by run, in loops for vectors: `change(nodes, values)`, which must be inlined.
+    /// The same for a field at the active cells: `change(slot, cell, value)`.
+    pub(crate) fn change_cells<T: Send>(&self, values: &mut [T], change: impl Fn(usize, usize, &mut T) + Sync) {
+        change_at(&self.cells, values, &change);
+    }
+
+    /// Changes the values of a field at the active nodes, on all threads, in loops for vectors over nodes that follow each other:
+    /// `change(nodes, values)`, which must be inlined.
     pub(crate) fn change_runs<T: Send>(&self, values: &mut [T], change: impl Fn(Range<usize>, &mut [T]) + Sync) {
         let work = |piece: ActiveValues<T>| {
             vectorized(
                 #[inline(always)]
                 || {
-                    let end = piece.place + piece.nodes.len();
+                    let end = piece.place + piece.numbers.len();
                     let mut place = piece.place;
                     while place < end {
                         let next = end.min(self.run_ends[place] as usize);
@@ -157,7 +158,7 @@ impl ActiveSet {
                 },
             );
         };
-        parallel::for_each(ActiveValues { nodes: &self.nodes, place: 0, first: 0, values }, GRAIN, &work);
+        parallel::for_each(ActiveValues::new(&self.nodes, values), GRAIN, &work);
     }
 
     /// All particles, cell after cell, those of a cell in ascending order.
@@ -190,28 +191,44 @@ impl ActiveSet {
     }
 }
 
-/// The values of a field at some active nodes, in ascending order, and around them.
+/// Changes the values of a field at these nodes or cells: `change(place, number, value)`.
+fn change_at<T: Send>(numbers: &[u32], values: &mut [T], change: &(impl Fn(usize, usize, &mut T) + Sync)) {
+    let work = |piece: ActiveValues<T>| {
+        for (place, &number) in (piece.place..).zip(piece.numbers) {
+            change(place, number as usize, &mut piece.values[number as usize - piece.first]);
+        }
+    };
+    parallel::for_each(ActiveValues::new(numbers, values), GRAIN, &work);
+}
+
+/// The values of a field at some active nodes or cells, in ascending order, and around them.
 struct ActiveValues<'a, T> {
-    nodes: &'a [u32],
-    /// The place of the first node among the active ones.
+    numbers: &'a [u32],
+    /// The place of the first of them among the active ones.
     place: usize,
-    /// The node whose values come first.
+    /// The node or cell whose values come first.
     first: usize,
     values: &'a mut [T],
 }
 
+impl<'a, T> ActiveValues<'a, T> {
+    fn new(numbers: &'a [u32], values: &'a mut [T]) -> Self {
+        ActiveValues { numbers, place: 0, first: 0, values }
+    }
+}
+
 impl<T: Send> Pieces for ActiveValues<'_, T> {
     fn count(&self) -> usize {
-        self.nodes.len()
+        self.numbers.len()
     }
 
     fn cut(self, at: usize) -> (Self, Self) {
-        let (left, right) = self.nodes.split_at(at);
-        let first = right.first().map_or(self.first + self.values.len(), |&node| node as usize);
+        let (left, right) = self.numbers.split_at(at);
+        let first = right.first().map_or(self.first + self.values.len(), |&number| number as usize);
         let (lower, upper) = self.values.split_at_mut(first - self.first);
         (
-            ActiveValues { nodes: left, place: self.place, first: self.first, values: lower },
-            ActiveValues { nodes: right, place: self.place + at, first, values: upper },
+            ActiveValues { numbers: left, place: self.place, first: self.first, values: lower },
+            ActiveValues { numbers: right, place: self.place + at, first, values: upper },
         )
     }
 }

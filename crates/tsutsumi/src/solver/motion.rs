@@ -42,7 +42,7 @@ impl<const D: usize> Motion<D> {
         damping: Damping,
     ) -> Self {
         Motion {
-            dilation: Dilation::new(volumetric_strain, grid),
+            dilation: Dilation::new(volumetric_strain, grid, particles),
             viscosity: Viscosity::new(damping.stiffness, &particles.stress),
             has_pores: particles.porosity.iter().any(|&porosity| porosity != 0.0),
             mapped: Vec::new(),
@@ -52,12 +52,12 @@ impl<const D: usize> Motion<D> {
 
     /// The memory that grows with the particles (bytes).
     pub(super) fn bytes_of_particles(&self) -> usize {
-        self.viscosity.bytes()
+        self.viscosity.bytes() + self.dilation.bytes_of_particles()
     }
 
     /// The memory that grows with the cells (bytes).
     pub(super) fn bytes_of_cells(&self) -> usize {
-        self.dilation.bytes()
+        self.dilation.bytes_of_cells()
     }
 
     /// Step 3: masses, velocities and the force of the effective stress at the nodes.
