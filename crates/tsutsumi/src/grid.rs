@@ -3,6 +3,7 @@
 //! Nodes and cells are numbered with x fastest. The grid never moves; the body does.
 
 mod active;
+mod movers;
 
 pub use active::ActiveSet;
 

@@ -1,5 +1,6 @@
 use std::ops::Range;
 
+use super::movers::{Lists, Movers};
 use super::vec_bytes;
 use crate::parallel::{self, Pieces, vectorized};
 
@@ -22,9 +23,11 @@ pub struct ActiveSet {
     particles: Vec<u32>,
     /// Where in `particles` each slot begins, and the end.
     first_particle: Vec<u32>,
+    movers: Movers,
 }
 
-const NO_SLOT: u32 = u32::MAX;
+/// What stands for the slot of a cell without particles.
+pub(super) const NO_SLOT: u32 = u32::MAX;
 
 impl ActiveSet {
     /// An empty set for a grid with so many cells and nodes. All memory that depends on the grid is set aside here.
@@ -39,6 +42,7 @@ impl ActiveSet {
             generation: 0,
             particles: Vec::new(),
             first_particle: Vec::with_capacity(num_cells + 1),
+            movers: Movers::new(num_cells),
         }
     }
 
@@ -47,11 +51,24 @@ impl ActiveSet {
     /// `touch_nodes(cells, touched)` marks the nodes of cells in a list of one mark per node of the grid. The generation changes only if the
     /// set of cells does.
     pub fn update(&mut self, cell_of_particle: &[u32], touch_nodes: impl FnOnce(&[u32], &mut [bool])) {
+        if self.mend(cell_of_particle) {
+            return;
+        }
         if !self.count_particles(cell_of_particle) {
             self.rebuild(cell_of_particle, touch_nodes);
             self.count_particles(cell_of_particle);
         }
         self.list_particles(cell_of_particle);
+    }
+
+    /// Mends the lists where few particles have moved within the set. False if that cannot be: then they have to be made anew.
+    fn mend(&mut self, cell_of_particle: &[u32]) -> bool {
+        if self.particles.len() != cell_of_particle.len() || self.cells.is_empty() {
+            return false;
+        }
+        let ActiveSet { cells, particles, first_particle: first, slot_of_cell, movers, .. } = self;
+        let mut lists = Lists { cells, particles, first };
+        movers.find(&lists, cell_of_particle, slot_of_cell) && movers.mend(&mut lists)
     }
 
     /// Counts the particles of each slot. False if one has no slot, or a slot has none: then the set is another.
@@ -245,10 +262,11 @@ impl ActiveSet {
             generation: _,
             particles,
             first_particle,
+            movers,
         } = self;
         let lists: usize =
             [cells, nodes, run_ends, slot_of_cell, particles, first_particle].map(vec_bytes).iter().sum();
-        lists + vec_bytes(node_is_active)
+        lists + vec_bytes(node_is_active) + movers.bytes()
     }
 }
 
@@ -280,6 +298,42 @@ mod tests {
         for (node, &value) in values.iter().enumerate() {
             assert_eq!(value, if node % 3 != 1 { node as f64 } else { -1.0 });
         }
+    }
+
+    /// Lists that were mended are those that a new set makes.
+    #[test]
+    fn particles_that_move_change_lists() {
+        let cells = 1500;
+        let grid = Grid::new(Vector::<1>::zeros(), Vector::<1>::repeat(1.0), [cells]).unwrap();
+        let touch_all = |_: &[u32], touched: &mut [bool]| touched.fill(true);
+        let mut active = ActiveSet::new(&grid);
+        let mut cell_of_particle: Vec<u32> = (0..4 * cells as u32).map(|p| p / 4).collect();
+        active.update(&cell_of_particle, touch_all);
+        let mut number = 1_u64;
+        // From none to more than there is room for.
+        for num_movers in [0, 1, 2, 3, 10, 30, 60, 100, 400, 1500] {
+            for _ in 0..num_movers {
+                number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                let (particle, to) =
+                    ((number >> 33) as usize % cell_of_particle.len(), (number >> 20) as usize % cells);
+                // Every cell keeps one of its own.
+                if particle % 4 > 0 {
+                    cell_of_particle[particle] = to as u32;
+                }
+            }
+            active.update(&cell_of_particle, touch_all);
+            let mut anew = ActiveSet::new(&grid);
+            anew.update(&cell_of_particle, touch_all);
+            assert_eq!(active.generation(), 1);
+            assert_eq!(active.particles(), anew.particles());
+            assert!((0..cells).all(|slot| active.particles_of(slot) == anew.particles_of(slot)));
+        }
+        // The last particle leaves a cell.
+        let last = cell_of_particle.iter().filter(|cell| **cell == 7).count();
+        cell_of_particle.iter_mut().filter(|cell| **cell == 7).for_each(|cell| *cell = 8);
+        active.update(&cell_of_particle, touch_all);
+        assert!(last > 0);
+        assert_eq!((active.slot(7), active.generation(), active.cells().len()), (None, 2, cells - 1));
     }
 
     #[test]
