@@ -61,7 +61,7 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
     #[inline(always)]
     fn turn<const C: usize>(&mut self) {
         let Aligned { law, states, stresses, increments, room, .. } = self;
-        for (p, (stress, state)) in stresses.iter().zip(states.iter_mut()).enumerate().take(BLOCK) {
+        for (p, (stress, state)) in (0..BLOCK).zip(stresses.iter().zip(states.iter_mut())) {
             if C == 4 {
                 let (cosine, sine) = rotation_about_z(increments.spin[2][p]);
                 set_tensor::<C>(&mut room.old, p, stress.rotated_about_z(cosine, sine));
@@ -80,7 +80,7 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
     fn ask<const C: usize>(&mut self) -> Failures {
         let mut failures = Failures::default();
         let Aligned { law, states, increments, room: StressBlock { old, new, .. }, .. } = self;
-        for (p, state) in states.iter_mut().enumerate().take(BLOCK) {
+        for (p, state) in (0..BLOCK).zip(states.iter_mut()) {
             let strain = tensor::<C>(&increments.strain, p);
             match law.update_within(tensor::<C>(old, p), *state, strain, increments.duration) {
                 Ok((stress, new_state)) => {
@@ -116,7 +116,7 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
         }
         let len = self.stresses.len();
         let StressBlock { new, work, .. } = &mut *self.room;
-        for (p, stress) in self.stresses.iter_mut().enumerate().take(BLOCK) {
+        for (p, stress) in (0..BLOCK).zip(self.stresses.iter_mut()) {
             let answer = tensor::<C>(new, p);
             (stress.xx, stress.yy, stress.zz, stress.xy) = (answer.xx, answer.yy, answer.zz, answer.xy);
             if C > 4 {
