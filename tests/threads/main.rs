@@ -86,6 +86,11 @@ fn every_stress_order_and_way_of_the_pressure() {
 }
 
 #[test]
+fn volume_changes_of_cells() {
+    assert_same("cell-averaged", 3, || layer::<2>(WIDTH).cell_averaged().build());
+}
+
+#[test]
 fn solids_and_lines() {
     assert_same("3-D", 2, || layer::<3>(11).build());
     assert_same("3-D, dry", 2, || layer::<3>(14).dry().build());

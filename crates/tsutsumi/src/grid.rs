@@ -3,6 +3,7 @@
 //! Nodes and cells are numbered with x fastest. The grid never moves; the body does.
 
 mod active;
+mod movers;
 
 pub use active::ActiveSet;
 
@@ -213,6 +214,27 @@ impl<const D: usize> Grid<D> {
         Some(cell)
     }
 
+    /// The cells that hold these points (m), as [`Self::cell_at`] finds them, in a loop for vectors. False if any point has none: then
+    /// what stands in `found` means nothing. `found` has room for all of them.
+    #[inline(always)]
+    pub(crate) fn cells_at(&self, points: &[Vector<D>], found: &mut [u32]) -> bool {
+        let counts = self.cells.map(|count| f64::from(count as u32));
+        let mut all_inside = true;
+        for (point, found) in points.iter().zip(found) {
+            let place = self.in_spacings(point);
+            // Exact, since it stays below 2⁵³.
+            let mut number = 0.0;
+            for axis in (0..D).rev() {
+                all_inside &= (place[axis] >= 0.0) & (place[axis] <= counts[axis]);
+                let index = place[axis].floor();
+                let last = counts[axis] - 1.0;
+                number = number * counts[axis] + if index < last { index } else { last };
+            }
+            *found = low_bits(number);
+        }
+        all_inside
+    }
+
     /// The numbers of a cell along the axes.
     #[inline]
     pub fn cell_index(&self, cell: usize) -> [usize; D] {
@@ -343,7 +365,7 @@ impl<const D: usize> NodeFields<D> {
             tie.gather(&mut self.acceleration);
         }
         let mobility = &self.mobility;
-        active.change_nodes(&mut self.acceleration, |_, node, value| scale(value, &mobility[node]));
+        active.change_runs(&mut self.acceleration, |nodes, values| scale(values, &mobility[nodes]));
     }
 
     /// Turns momenta (kg m/s) of the nodes into velocities (m/s), as [`Self::forces_to_accelerations`] does with forces.
@@ -351,22 +373,32 @@ impl<const D: usize> NodeFields<D> {
         for tie in &self.ties {
             tie.gather(field);
         }
-        active.change_nodes(field, |_, node, value| scale(value, &self.mobility[node]));
+        active.change_runs(field, |nodes, values| scale(values, &self.mobility[nodes]));
     }
 
     /// Sets the sums of the active nodes to zero.
     pub fn clear(&mut self, active: &ActiveSet) {
-        active.change_nodes(&mut self.mass, |_, _, mass| *mass = 0.0);
-        active.change_nodes(&mut self.velocity_old, |_, _, momentum| *momentum = Vector::zeros());
-        active.change_nodes(&mut self.force, |_, _, force| *force = Vector::zeros());
+        active.change_runs(&mut self.mass, |_, masses| masses.fill(0.0));
+        active.change_runs(&mut self.velocity_old, |_, momenta| momenta.fill(Vector::zeros()));
+        active.change_runs(&mut self.force, |_, forces| forces.fill(Vector::zeros()));
     }
+}
+
+/// A whole number from 0 to 2³² − 1 as an integer, without the care that a conversion takes for others: it is what 2⁵² + `number` has in
+/// its lowest bits.
+#[inline(always)]
+fn low_bits(number: f64) -> u32 {
+    const TWO_TO_52: f64 = (1_u64 << 52) as f64;
+    (number + TWO_TO_52).to_bits() as u32
 }
 
 /// Component by component.
 #[inline(always)]
-fn scale<const D: usize>(vector: &mut Vector<D>, factors: &Vector<D>) {
-    for axis in 0..D {
-        vector[axis] *= factors[axis];
+fn scale<const D: usize>(vectors: &mut [Vector<D>], factors: &[Vector<D>]) {
+    for (vector, factors) in vectors.iter_mut().zip(factors) {
+        for axis in 0..D {
+            vector[axis] *= factors[axis];
+        }
     }
 }
 

@@ -6,6 +6,7 @@
 //!
 //! To write one, implement [`ConstitutiveLaw`]: two methods are required. `examples/my-law` is a complete one.
 
+mod aligned;
 mod bingham;
 mod block;
 mod closed_path;
@@ -34,8 +35,8 @@ pub mod substepping;
 mod von_mises;
 
 pub use bingham::{Bingham, BinghamState};
-pub use block::IncrementBlock;
 pub(crate) use block::{BLOCK, LANES};
+pub use block::{IncrementBlock, StressBlock};
 pub use closed_path::ClosedPathWork;
 pub use conductivity::{ConductivityLaw, ConstantConductivity, KozenyCarman, XieLeo};
 pub use drucker_prager::{Cone, DruckerPrager};

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use crate::grid::{Grid, SideSet, vec_bytes};
-use crate::parallel;
+use crate::parallel::{self, vectorized};
 use crate::tensor::{Matrix, Sym3, Vector};
 
 /// Particles that one thread locates at a time.
@@ -190,21 +190,18 @@ impl<const D: usize> Particles<D> {
     /// # Errors
     /// The first particle outside the grid.
     pub fn locate(&mut self, grid: &Grid<D>) -> Result<bool, OutsideGrid> {
-        let pieces = ((&self.position[..], &mut self.cell[..]), 0..self.position.len());
-        let locate = |((positions, cells), range): ((&[Vector<D>], &mut [u32]), Range<usize>)| {
-            let mut moved = false;
-            for ((position, cell), p) in positions.iter().zip(cells).zip(range) {
-                let Some(new) = grid.cell_at(position) else { return (moved, Some(p)) };
-                moved |= *cell != new as u32;
-                *cell = new as u32;
-            }
-            (moved, None)
+        let pieces = (&self.position[..], &mut self.cell[..]);
+        let locate = |(positions, cells): (&[Vector<D>], &mut [u32])| {
+            vectorized(
+                #[inline(always)]
+                || locate_piece(grid, positions, cells),
+            )
         };
-        let (moved, outside) = parallel::fold(pieces, GRAIN, &locate, &|before: (bool, Option<usize>), after| {
-            (before.0 || after.0, before.1.or(after.1))
+        let (moved, outside) = parallel::fold(pieces, GRAIN, &locate, &|before: (bool, bool), after| {
+            (before.0 || after.0, before.1 || after.1)
         });
         let list = |v: Vector<D>| v.iter().copied().collect();
-        match outside {
+        match self.position.iter().position(|position| outside && grid.cell_at(position).is_none()) {
             Some(particle) => Err(OutsideGrid {
                 particle,
                 position: list(self.position[particle]),
@@ -224,6 +221,26 @@ impl<const D: usize> Particles<D> {
     pub fn kinetic_energy(&self) -> f64 {
         self.mass.iter().zip(&self.velocity).map(|(m, v)| 0.5 * m * v.norm_squared()).sum()
     }
+}
+
+/// Particles whose cells are found before any is written: most stay where they are, and cost no write.
+const BLOCK: usize = 64;
+
+/// Finds the cells of some particles. Returns whether any changed its cell, and whether any is outside the grid: its block keeps its cells.
+#[inline(always)]
+fn locate_piece<const D: usize>(grid: &Grid<D>, positions: &[Vector<D>], cells: &mut [u32]) -> (bool, bool) {
+    let (mut moved, mut outside) = (false, false);
+    for (positions, cells) in positions.chunks(BLOCK).zip(cells.chunks_mut(BLOCK)) {
+        let mut found = [0; BLOCK];
+        let all_inside = grid.cells_at(positions, &mut found);
+        let differences = cells.iter().zip(&found).fold(0, |bits, (old, new)| bits | (old ^ new));
+        outside |= !all_inside;
+        if all_inside && differences != 0 {
+            cells.copy_from_slice(&found[..cells.len()]);
+            moved = true;
+        }
+    }
+    (moved, outside)
 }
 
 impl<const D: usize> Particles<D> {
@@ -264,5 +281,75 @@ impl<const D: usize> Particles<D> {
         let numbers = [mass, volume, pressure, porosity, conductivity].map(vec_bytes);
         let others = [vec_bytes(stress), vec_bytes(drained), vec_bytes(cell), vec_bytes(local_motion)];
         vectors.iter().chain(&numbers).chain(&others).sum()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    fn particle<const D: usize>(position: Vector<D>) -> Particle<D> {
+        Particle {
+            position,
+            half_size: Vector::repeat(0.1),
+            velocity: Vector::zeros(),
+            density: 1.0,
+            stress: Sym3::ZERO,
+            pressure: 0.0,
+            porosity: 0.0,
+            conductivity: 0.0,
+        }
+    }
+
+    /// Inside of cells, on grid lines and their neighbours among the numbers, and at both ends of the grid: the cells of [`Grid::cell_at`].
+    fn check_cells<const D: usize>(cells: [usize; D]) {
+        let (origin, spacing) = (Vector::from_fn(|i, _| 0.1 * (i as f64 - 1.0)), Vector::repeat(0.3));
+        let grid = Grid::new(origin, spacing, cells).unwrap();
+        let on_axis = |axis: usize| {
+            let line = move |i: usize| origin[axis] + 0.3 * i as f64;
+            let places =
+                (0..=cells[axis]).flat_map(move |i| [line(i).next_down(), line(i), line(i).next_up(), line(i) + 0.1]);
+            places.collect::<Vec<f64>>()
+        };
+        let axes: [Vec<f64>; D] = std::array::from_fn(on_axis);
+        let mut particles = Particles::default();
+        for number in 0..axes.iter().map(Vec::len).product() {
+            let mut rest = number;
+            let position = Vector::from_fn(|axis, _| {
+                let place = axes[axis][rest % axes[axis].len()];
+                rest /= axes[axis].len();
+                place
+            });
+            if grid.cell_at(&position).is_some() {
+                particles.push(particle(position));
+            }
+        }
+        assert!(particles.locate(&grid).unwrap());
+        let expected: Vec<u32> = particles.position.iter().map(|x| grid.cell_at(x).unwrap() as u32).collect();
+        assert_eq!(particles.cell, expected);
+        assert!((0..grid.num_cells() as u32).all(|cell| expected.contains(&cell)));
+        assert!(!particles.locate(&grid).unwrap());
+    }
+
+    #[test]
+    fn cells_are_those_of_the_grid_on_lines_and_at_the_ends_too() {
+        check_cells([70]);
+        check_cells([5, 7]);
+        check_cells([3, 2, 4]);
+    }
+
+    #[test]
+    fn the_first_particle_outside_is_named() {
+        let grid = Grid::new(Vector::<2>::zeros(), Vector::repeat(1.0), [3, 2]).unwrap();
+        let outside =
+            [Vector::<2>::new(-0.0_f64.next_up(), 1.0), Vector::<2>::new(1.0, f64::NAN), Vector::<2>::new(3.5, 1.0)];
+        for position in outside {
+            let mut particles = Particles::default();
+            (0..200).for_each(|_| particles.push(particle(Vector::<2>::new(2.9, 1.9))));
+            assert!(particles.locate(&grid).unwrap());
+            (particles.position[130], particles.position[190]) = (position, position);
+            particles.position[0].x = 0.5;
+            assert_eq!(particles.locate(&grid).unwrap_err().particle, 130);
+        }
     }
 }

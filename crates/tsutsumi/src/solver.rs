@@ -25,7 +25,6 @@ use crate::pressure::{PressureReport, PressureScheme, StepView};
 use crate::tensor::Vector;
 use crate::transfer::{GRAIN, Transfer};
 use crate::velocity::VelocityUpdate;
-use error::closed_pores;
 use motion::{Followers, Motion};
 
 /// The parts that a [`Solver`] is made of. Each can be replaced by any other of its kind.
@@ -211,7 +210,7 @@ impl<const D: usize> Solver<D> {
         // 12. Next step.
         *clock = after;
         *outflow += dt * report.outflow_rate;
-        match failure.or_else(|| closed_pores(particles, at.time)) {
+        match failure.or_else(|| motion.closed_pores(particles, at.time)) {
             Some(error) => Err(error),
             None => Ok(StepReport { time: after.time(), pressure: report }),
         }
@@ -297,9 +296,11 @@ impl<const D: usize> NodeFields<D> {
     /// Adds m_I b to the forces.
     fn add_gravity(&mut self, active: &ActiveSet, gravity: Vector<D>) {
         let mass = &self.mass;
-        active.change_nodes(&mut self.force, |_, node, force| {
-            for axis in 0..D {
-                force[axis] += gravity[axis] * mass[node];
+        active.change_runs(&mut self.force, |nodes, forces| {
+            for (force, mass) in forces.iter_mut().zip(&mass[nodes]) {
+                for axis in 0..D {
+                    force[axis] += gravity[axis] * mass;
+                }
             }
         });
     }
@@ -307,9 +308,12 @@ impl<const D: usize> NodeFields<D> {
     /// v_I^L = v_I + Δt a_I.
     fn advance(&mut self, active: &ActiveSet, dt: f64) {
         let NodeFields { velocity, velocity_old, acceleration, .. } = self;
-        active.change_nodes(velocity, |_, node, velocity| {
-            for axis in 0..D {
-                velocity[axis] = velocity_old[node][axis] + acceleration[node][axis] * dt;
+        active.change_runs(velocity, |nodes, velocities| {
+            let motions = velocity_old[nodes.clone()].iter().zip(&acceleration[nodes]);
+            for (velocity, (old, acceleration)) in velocities.iter_mut().zip(motions) {
+                for axis in 0..D {
+                    velocity[axis] = old[axis] + acceleration[axis] * dt;
+                }
             }
         });
     }

@@ -1,9 +1,10 @@
 use std::ops::Range;
 
+use super::movers::{Lists, Movers};
 use super::vec_bytes;
-use crate::parallel::{self, Pieces};
+use crate::parallel::{self, Pieces, vectorized};
 
-/// Nodes that one thread takes at a time.
+/// Nodes or cells that one thread takes at a time.
 const GRAIN: usize = 2048;
 
 /// The cells that hold particles and the nodes they touch, in ascending order, and the particles of each cell.
@@ -13,6 +14,8 @@ const GRAIN: usize = 2048;
 pub struct ActiveSet {
     cells: Vec<u32>,
     nodes: Vec<u32>,
+    /// For each active node, the place among them where the nodes that follow each other from it on end.
+    run_ends: Vec<u32>,
     slot_of_cell: Vec<u32>,
     node_is_active: Vec<bool>,
     generation: u64,
@@ -20,9 +23,11 @@ pub struct ActiveSet {
     particles: Vec<u32>,
     /// Where in `particles` each slot begins, and the end.
     first_particle: Vec<u32>,
+    movers: Movers,
 }
 
-const NO_SLOT: u32 = u32::MAX;
+/// What stands for the slot of a cell without particles.
+pub(super) const NO_SLOT: u32 = u32::MAX;
 
 impl ActiveSet {
     /// An empty set for a grid with so many cells and nodes. All memory that depends on the grid is set aside here.
@@ -31,11 +36,13 @@ impl ActiveSet {
         ActiveSet {
             cells: Vec::with_capacity(num_cells),
             nodes: Vec::with_capacity(num_nodes),
+            run_ends: Vec::with_capacity(num_nodes),
             slot_of_cell: vec![NO_SLOT; num_cells],
             node_is_active: vec![false; num_nodes],
             generation: 0,
             particles: Vec::new(),
             first_particle: Vec::with_capacity(num_cells + 1),
+            movers: Movers::new(num_cells),
         }
     }
 
@@ -44,11 +51,24 @@ impl ActiveSet {
     /// `touch_nodes(cells, touched)` marks the nodes of cells in a list of one mark per node of the grid. The generation changes only if the
     /// set of cells does.
     pub fn update(&mut self, cell_of_particle: &[u32], touch_nodes: impl FnOnce(&[u32], &mut [bool])) {
+        if self.mend(cell_of_particle) {
+            return;
+        }
         if !self.count_particles(cell_of_particle) {
             self.rebuild(cell_of_particle, touch_nodes);
             self.count_particles(cell_of_particle);
         }
         self.list_particles(cell_of_particle);
+    }
+
+    /// Mends the lists where few particles have moved within the set. False if that cannot be: then they have to be made anew.
+    fn mend(&mut self, cell_of_particle: &[u32]) -> bool {
+        if self.particles.len() != cell_of_particle.len() || self.cells.is_empty() {
+            return false;
+        }
+        let ActiveSet { cells, particles, first_particle: first, slot_of_cell, movers, .. } = self;
+        let mut lists = Lists { cells, particles, first };
+        movers.find(&lists, cell_of_particle, slot_of_cell) && movers.mend(&mut lists)
     }
 
     /// Counts the particles of each slot. False if one has no slot, or a slot has none: then the set is another.
@@ -104,7 +124,16 @@ impl ActiveSet {
         self.nodes.clear();
         let touched = self.node_is_active.iter().enumerate().filter(|(_, is_active)| **is_active);
         self.nodes.extend(touched.map(|(node, _)| node as u32));
+        self.find_runs();
         self.generation += 1;
+    }
+
+    fn find_runs(&mut self) {
+        self.run_ends.clear();
+        for run in self.nodes.chunk_by(|node, next| node + 1 == *next) {
+            let end = self.run_ends.len() + run.len();
+            self.run_ends.resize(end, end as u32);
+        }
     }
 
     /// The active cells.
@@ -119,12 +148,34 @@ impl ActiveSet {
 
     /// Changes the values of a field at the active nodes, on all threads: `change(place among the active nodes, node, value)`.
     pub(crate) fn change_nodes<T: Send>(&self, values: &mut [T], change: impl Fn(usize, usize, &mut T) + Sync) {
+        change_at(&self.nodes, values, &change);
+    }
+
+    /// The same for a field at the active cells: `change(slot, cell, value)`.
+    pub(crate) fn change_cells<T: Send>(&self, values: &mut [T], change: impl Fn(usize, usize, &mut T) + Sync) {
+        change_at(&self.cells, values, &change);
+    }
+
+    /// Changes the values of a field at the active nodes, on all threads, in loops for vectors over nodes that follow each other:
+    /// `change(nodes, values)`, which must be inlined.
+    pub(crate) fn change_runs<T: Send>(&self, values: &mut [T], change: impl Fn(Range<usize>, &mut [T]) + Sync) {
         let work = |piece: ActiveValues<T>| {
-            for (number, &node) in piece.nodes.iter().enumerate() {
-                change(piece.place + number, node as usize, &mut piece.values[node as usize - piece.first]);
-            }
+            vectorized(
+                #[inline(always)]
+                || {
+                    let end = piece.place + piece.numbers.len();
+                    let mut place = piece.place;
+                    while place < end {
+                        let next = end.min(self.run_ends[place] as usize);
+                        let first = self.nodes[place] as usize;
+                        let nodes = first..first + (next - place);
+                        change(nodes.clone(), &mut piece.values[nodes.start - piece.first..nodes.end - piece.first]);
+                        place = next;
+                    }
+                },
+            );
         };
-        parallel::for_each(ActiveValues { nodes: &self.nodes, place: 0, first: 0, values }, GRAIN, &work);
+        parallel::for_each(ActiveValues::new(&self.nodes, values), GRAIN, &work);
     }
 
     /// All particles, cell after cell, those of a cell in ascending order.
@@ -162,28 +213,44 @@ impl ActiveSet {
     }
 }
 
-/// The values of a field at some active nodes, in ascending order, and around them.
+/// Changes the values of a field at these nodes or cells: `change(place, number, value)`.
+fn change_at<T: Send>(numbers: &[u32], values: &mut [T], change: &(impl Fn(usize, usize, &mut T) + Sync)) {
+    let work = |piece: ActiveValues<T>| {
+        for (place, &number) in (piece.place..).zip(piece.numbers) {
+            change(place, number as usize, &mut piece.values[number as usize - piece.first]);
+        }
+    };
+    parallel::for_each(ActiveValues::new(numbers, values), GRAIN, &work);
+}
+
+/// The values of a field at some active nodes or cells, in ascending order, and around them.
 struct ActiveValues<'a, T> {
-    nodes: &'a [u32],
-    /// The place of the first node among the active ones.
+    numbers: &'a [u32],
+    /// The place of the first of them among the active ones.
     place: usize,
-    /// The node whose values come first.
+    /// The node or cell whose values come first.
     first: usize,
     values: &'a mut [T],
 }
 
+impl<'a, T> ActiveValues<'a, T> {
+    fn new(numbers: &'a [u32], values: &'a mut [T]) -> Self {
+        ActiveValues { numbers, place: 0, first: 0, values }
+    }
+}
+
 impl<T: Send> Pieces for ActiveValues<'_, T> {
     fn count(&self) -> usize {
-        self.nodes.len()
+        self.numbers.len()
     }
 
     fn cut(self, at: usize) -> (Self, Self) {
-        let (left, right) = self.nodes.split_at(at);
-        let first = right.first().map_or(self.first + self.values.len(), |&node| node as usize);
+        let (left, right) = self.numbers.split_at(at);
+        let first = right.first().map_or(self.first + self.values.len(), |&number| number as usize);
         let (lower, upper) = self.values.split_at_mut(first - self.first);
         (
-            ActiveValues { nodes: left, place: self.place, first: self.first, values: lower },
-            ActiveValues { nodes: right, place: self.place + at, first, values: upper },
+            ActiveValues { numbers: left, place: self.place, first: self.first, values: lower },
+            ActiveValues { numbers: right, place: self.place + at, first, values: upper },
         )
     }
 }
@@ -191,9 +258,20 @@ impl<T: Send> Pieces for ActiveValues<'_, T> {
 impl ActiveSet {
     /// The memory of the lists (bytes).
     pub(crate) fn bytes(&self) -> usize {
-        let ActiveSet { cells, nodes, slot_of_cell, node_is_active, generation: _, particles, first_particle } = self;
-        let lists: usize = [cells, nodes, slot_of_cell, particles, first_particle].map(vec_bytes).iter().sum();
-        lists + vec_bytes(node_is_active)
+        let ActiveSet {
+            cells,
+            nodes,
+            run_ends,
+            slot_of_cell,
+            node_is_active,
+            generation: _,
+            particles,
+            first_particle,
+            movers,
+        } = self;
+        let lists: usize =
+            [cells, nodes, run_ends, slot_of_cell, particles, first_particle].map(vec_bytes).iter().sum();
+        lists + vec_bytes(node_is_active) + movers.bytes()
     }
 }
 
@@ -215,6 +293,52 @@ mod tests {
             let place = active.nodes().binary_search(&(node as u32));
             assert_eq!(value, place.map_or(-1.0, |place| (place + node) as f64));
         }
+        // Runs of two nodes; the first piece may end within one.
+        let mut values = vec![-1.0; 20_000];
+        active.change_runs(&mut values, |nodes, values| {
+            for (node, value) in nodes.zip(values) {
+                *value = node as f64;
+            }
+        });
+        for (node, &value) in values.iter().enumerate() {
+            assert_eq!(value, if node % 3 != 1 { node as f64 } else { -1.0 });
+        }
+    }
+
+    /// Lists that were mended are those that a new set makes.
+    #[test]
+    fn particles_that_move_change_lists() {
+        let cells = 1500;
+        let grid = Grid::new(Vector::<1>::zeros(), Vector::<1>::repeat(1.0), [cells]).unwrap();
+        let touch_all = |_: &[u32], touched: &mut [bool]| touched.fill(true);
+        let mut active = ActiveSet::new(&grid);
+        let mut cell_of_particle: Vec<u32> = (0..4 * cells as u32).map(|p| p / 4).collect();
+        active.update(&cell_of_particle, touch_all);
+        let mut number = 1_u64;
+        // From none to more than there is room for.
+        for num_movers in [0, 1, 2, 3, 10, 30, 60, 100, 400, 1500] {
+            for _ in 0..num_movers {
+                number = number.wrapping_mul(6_364_136_223_846_793_005).wrapping_add(1);
+                let (particle, to) =
+                    ((number >> 33) as usize % cell_of_particle.len(), (number >> 20) as usize % cells);
+                // Every cell keeps one of its own.
+                if particle % 4 > 0 {
+                    cell_of_particle[particle] = to as u32;
+                }
+            }
+            active.update(&cell_of_particle, touch_all);
+            let mut anew = ActiveSet::new(&grid);
+            anew.update(&cell_of_particle, touch_all);
+            assert_eq!(active.generation(), 1);
+            assert_eq!(active.particles(), anew.particles());
+            assert!((0..cells).all(|slot| active.particles_of(slot) == anew.particles_of(slot)));
+        }
+        // The last particle leaves a cell.
+        let last = cell_of_particle.iter().filter(|cell| **cell == 7).count();
+        cell_of_particle.iter_mut().filter(|cell| **cell == 7).for_each(|cell| *cell = 8);
+        active.update(&cell_of_particle, touch_all);
+        assert!(last > 0);
+        assert_eq!((active.slot(7), active.generation(), active.cells().len()), (None, 2, cells - 1));
     }
 
     #[test]

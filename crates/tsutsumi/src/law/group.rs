@@ -1,7 +1,8 @@
 use std::ops::Range;
 use std::sync::{Mutex, MutexGuard, PoisonError};
 
-use super::block::{BLOCK, IncrementBlock, LANES, Lanes, set_tensor, tensor};
+use super::aligned::Aligned;
+use super::block::{BLOCK, IncrementBlock, StressBlock};
 use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Increment, LawError, differences};
 use crate::parallel::vectorized;
 use crate::tensor::{Matrix3, Matrix6, Sym3, Vector, rotation, rotation_about_z};
@@ -39,7 +40,12 @@ pub struct Question {
 impl LawFailure {
     /// With what is left to ask after stress and history have been turned.
     #[cold]
-    fn of<L: ConstitutiveLaw>(particle: usize, stress: Sym3, increment: &Increment, source: LawError) -> Box<Self> {
+    pub(super) fn of<L: ConstitutiveLaw>(
+        particle: usize,
+        stress: Sym3,
+        increment: &Increment,
+        source: LawError,
+    ) -> Box<Self> {
         let spin = if L::FINITE_STRAIN { increment.spin } else { Vector::zeros() };
         let question = Question { stress, increment: Increment { spin, ..*increment } };
         Box::new(LawFailure { particle, question, source })
@@ -117,7 +123,7 @@ impl<L: ConstitutiveLaw> Group<L> {
         self.law.update_within(*stress, *state, increment.strain, increment.duration)
     }
 
-    /// The plain loop over particles of one block of histories, which [`Self::update_lanes`] does for several particles at a time.
+    /// The plain loop over particles of one block of histories, which [`Aligned`] does for several particles at a time.
     fn update_states(
         &self,
         states: &mut [L::State],
@@ -147,140 +153,6 @@ impl<L: ConstitutiveLaw> Group<L> {
         }
         outcome
     }
-
-    /// The same for laws of small increments, in loops that the compiler can turn into vectors.
-    #[inline(always)]
-    fn update_lanes(
-        &self,
-        states: &mut [L::State],
-        stresses: &mut [Sym3],
-        increments: &IncrementBlock,
-        volumes: &[f64],
-    ) -> BlockOutcome {
-        let mut old = [[0.0; BLOCK]; 6];
-        for (p, &stress) in stresses.iter().enumerate() {
-            set_tensor(&mut old, p, stress);
-        }
-        self.turn(states, &mut old, increments, stresses.len());
-        let mut new = old;
-        // Particles that fail do no work, nor do those that are not there.
-        let mut works = [0.0; BLOCK];
-        works[..stresses.len()].fill(1.0);
-        let failure = self.update_turned(states, &old, &mut new, increments, stresses.len(), &mut works);
-        let work = work(&old, &new, increments, volumes, works);
-        for (p, stress) in stresses.iter_mut().enumerate() {
-            *stress = tensor(&new, p);
-        }
-        BlockOutcome { work, failure }
-    }
-
-    /// Jaumann: the old stresses and histories turn with the material by the rotations of the step.
-    #[inline(always)]
-    fn turn(&self, states: &mut [L::State], stresses: &mut [[f64; BLOCK]; 6], increments: &IncrementBlock, len: usize) {
-        let [about_x, about_y, about_z] = &increments.spin;
-        let mut in_plane = true;
-        for (x, y) in about_x[..len].iter().zip(&about_y[..len]) {
-            in_plane &= (*x == 0.0) & (*y == 0.0);
-        }
-        if in_plane {
-            for (p, &angle) in about_z.iter().enumerate().take(len.next_multiple_of(LANES)) {
-                let (cosine, sine) = rotation_about_z(angle);
-                let turned = tensor(stresses, p).rotated_about_z(cosine, sine);
-                set_tensor(stresses, p, turned);
-            }
-        }
-        if in_plane && size_of::<L::State>() == 0 {
-            return;
-        }
-        for (p, state) in states.iter_mut().enumerate().take(len) {
-            let turn = rotation(&increments.at(p).spin);
-            if !in_plane {
-                let turned = tensor(stresses, p).rotated(&turn);
-                set_tensor(stresses, p, turned);
-            }
-            *state = self.law.rotate_state(*state, &turn);
-        }
-    }
-
-    /// The law for stresses and histories that have been turned; those of particles that fail stay.
-    #[inline(always)]
-    fn update_turned(
-        &self,
-        states: &mut [L::State],
-        old: &[[f64; BLOCK]; 6],
-        new: &mut [[f64; BLOCK]; 6],
-        increments: &IncrementBlock,
-        len: usize,
-        works: &mut [f64; BLOCK],
-    ) -> Option<Box<LawFailure>> {
-        let mut failure = None;
-        for (p, state) in states.iter_mut().enumerate().take(len) {
-            let strain = tensor(&increments.strain, p);
-            match self.law.update_within(tensor(old, p), *state, strain, increments.duration) {
-                Ok((stress, new_state)) => {
-                    set_tensor(new, p, stress);
-                    // Histories that hold nothing need no care, and no branch.
-                    if size_of::<L::State>() == 0 || stress.is_finite() {
-                        *state = new_state;
-                    }
-                }
-                Err(error) => {
-                    works[p] = 0.0;
-                    if failure.is_none() {
-                        failure = Some(LawFailure::of::<L>(p, tensor(old, p), &increments.at(p), error));
-                    }
-                }
-            }
-        }
-        let mut size = [0.0; LANES];
-        for component in new.iter() {
-            for group in component.as_chunks::<LANES>().0 {
-                for l in 0..LANES {
-                    size[l] += group[l].abs();
-                }
-            }
-        }
-        // One infinite or NaN component makes this sum infinite or NaN.
-        if size.iter().sum::<f64>().is_finite() {
-            return failure;
-        }
-        for (p, works) in works.iter_mut().enumerate().take(len) {
-            if !tensor(new, p).is_finite() {
-                set_tensor(new, p, tensor(old, p));
-                *works = 0.0;
-                if failure.as_ref().is_none_or(|first| p < first.particle) {
-                    let error = LawError::NotFinite { strain: tensor(&increments.strain, p) };
-                    failure = Some(LawFailure::of::<L>(p, tensor(old, p), &increments.at(p), error));
-                }
-            }
-        }
-        failure
-    }
-}
-
-/// Work of the mean stress of the step, Σ V ½ (σ' + σ'|t) : Δε (J), over the particles for which `works` is not zero.
-#[inline(always)]
-fn work(
-    old: &[[f64; BLOCK]; 6],
-    new: &[[f64; BLOCK]; 6],
-    increments: &IncrementBlock,
-    volumes: &[f64],
-    mut works: [f64; BLOCK],
-) -> f64 {
-    let mut volume = [0.0; BLOCK];
-    volume[..volumes.len()].copy_from_slice(volumes);
-    for (p, work) in works.iter_mut().enumerate() {
-        let mean = (tensor(old, p) + tensor(new, p)) * 0.5;
-        let of_particle = volume[p] * mean.double_dot(tensor(&increments.strain, p));
-        *work = if *work == 0.0 { 0.0 } else { of_particle };
-    }
-    let mut work: Lanes = [0.0; LANES];
-    for group in works[..volumes.len().next_multiple_of(LANES)].as_chunks::<LANES>().0 {
-        for l in 0..LANES {
-            work[l] += group[l];
-        }
-    }
-    work.iter().sum()
 }
 
 impl BlockOutcome {
@@ -325,13 +197,14 @@ pub trait MaterialGroup: Send + Sync {
     ) -> BlockOutcome;
 
     /// The same for at most one block of particles, whose first number is a multiple of the length of a block: several at a time, with
-    /// the same stresses and histories, bit by bit.
+    /// the same stresses and histories, bit by bit. What stands in `room` does not matter.
     fn update_aligned(
         &self,
         first: usize,
         stresses: &mut [Sym3],
         increments: &IncrementBlock,
         volumes: &[f64],
+        room: &mut StressBlock,
     ) -> BlockOutcome;
 
     /// The stress (Pa) that a strain increment without spin would lead to within a duration (s), and the tangent there
@@ -398,15 +271,18 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
         stresses: &mut [Sym3],
         increments: &IncrementBlock,
         volumes: &[f64],
+        room: &mut StressBlock,
     ) -> BlockOutcome {
         let mut states = self.block(first / BLOCK);
-        match L::FINITE_STRAIN {
-            true => self.update_states(&mut states, stresses, |p| increments.at(p), volumes),
-            false => vectorized(
-                #[inline(always)]
-                || self.update_lanes(&mut states, stresses, increments, volumes),
-            ),
+        if L::FINITE_STRAIN {
+            return self.update_states(&mut states, stresses, |p| increments.at(p), volumes);
         }
+        let len = stresses.len();
+        let (law, states, volumes) = (&self.law, &mut states[..len], &volumes[..len]);
+        vectorized(
+            #[inline(always)]
+            || Aligned { law, states, stresses, increments, volumes, room }.update(),
+        )
     }
 
     fn trial(&self, particle: usize, stress: Sym3, strain: Sym3, duration: f64) -> Result<(Sym3, Matrix6), LawError> {
@@ -512,6 +388,22 @@ mod tests {
         }
     }
 
+    /// Elastic, but answers to shear in the plane with shear out of it.
+    struct Tilted;
+
+    impl ConstitutiveLaw for Tilted {
+        type State = ();
+
+        fn update(&self, stress: Sym3, state: (), strain: Sym3) -> Result<(Sym3, ()), LawError> {
+            let yz = stress.yz + 1e6 * (strain.yz + strain.xy);
+            Ok((Sym3 { yz, ..stress + strain * 1e6 }, state))
+        }
+
+        fn p_wave_modulus(&self, _: Sym3, _: &()) -> f64 {
+            1e6
+        }
+    }
+
     /// Pseudo-random numbers from −½ to ½.
     fn numbers() -> impl FnMut() -> f64 {
         let mut state = 1_u64;
@@ -521,18 +413,40 @@ mod tests {
         }
     }
 
+    /// Where stresses and motions of a block are.
+    #[derive(Clone, Copy, PartialEq)]
+    enum Setting {
+        Space,
+        /// Motions are in the plane, stresses are not.
+        TiltedStress,
+        Plane,
+    }
+
     /// Several particles at a time: the same stresses, histories and failures as one after the other, bit by bit.
     fn blocks_are_updated_as_their_particles<L: ConstitutiveLaw<State: PartialEq + std::fmt::Debug>>(law: fn() -> L) {
-        for (len, in_plane) in [(64, true), (64, false), (13, true), (1, false)] {
+        // What another block has left does not matter.
+        let mut room = StressBlock::new();
+        for (len, setting) in [
+            (64, Setting::Plane),
+            (64, Setting::TiltedStress),
+            (64, Setting::Space),
+            (13, Setting::Plane),
+            (8, Setting::Plane),
+            (1, Setting::TiltedStress),
+            (1, Setting::Space),
+        ] {
             let mut number = numbers();
-            let mut tensor = |size: f64| Sym3::from_kelvin(&nalgebra::Vector6::from_fn(|_, _| number() * size));
-            let stresses: Vec<Sym3> = (0..len).map(|_| tensor(1e3)).collect();
-            let mut block = IncrementBlock::within(0.1);
+            let mut stress = || {
+                let stress = Sym3::from_kelvin(&nalgebra::Vector6::from_fn(|_, _| number() * 1e3));
+                if setting == Setting::Plane { Sym3 { yz: 0.0, zx: 0.0, ..stress } } else { stress }
+            };
+            let stresses: Vec<Sym3> = (0..len).map(|_| stress()).collect();
+            let (strains, spins) = if setting == Setting::Space { (0..6, 0..3) } else { (0..4, 2..3) };
+            let mut block = IncrementBlock::within(0.1, if setting == Setting::Space { 3 } else { 2 });
             let mut number = numbers();
             for p in 0..len {
-                block.strain.iter_mut().for_each(|component| component[p] = number() * 2e-3);
-                let axes = if in_plane { 2..3 } else { 0..3 };
-                block.spin[axes].iter_mut().for_each(|component| component[p] = number() * 0.1);
+                block.strain[strains.clone()].iter_mut().for_each(|component| component[p] = number() * 2e-3);
+                block.spin[spins.clone()].iter_mut().for_each(|component| component[p] = number() * 0.1);
             }
             if len > 7 {
                 block.strain[0][7] = f64::NAN;
@@ -543,8 +457,11 @@ mod tests {
                 (Group::new("soil", law(), 0..len, &stresses), Group::new("soil", law(), 0..len, &stresses));
             let (mut plain_stresses, mut lanes_stresses) = (stresses.clone(), stresses);
             let expected = plain.update_block(0, &mut plain_stresses, &increments, &volumes);
-            let outcome = lanes.update_aligned(0, &mut lanes_stresses, &block, &volumes);
-            assert_eq!(lanes_stresses, plain_stresses);
+            let outcome = lanes.update_aligned(0, &mut lanes_stresses, &block, &volumes, &mut room);
+            let bits = |stresses: &[Sym3]| -> Vec<[u64; 6]> {
+                stresses.iter().map(|s| [s.xx, s.yy, s.zz, s.xy, s.yz, s.zx].map(f64::to_bits)).collect()
+            };
+            assert_eq!(bits(&lanes_stresses), bits(&plain_stresses));
             for p in (0..len).filter(|&p| p != 7) {
                 assert_eq!(lanes.state(p), plain.state(p));
             }
@@ -559,6 +476,7 @@ mod tests {
     fn blocks_are_updated_as_their_particles_with_and_without_history() {
         blocks_are_updated_as_their_particles(|| LinearElastic { young: 1e6, poisson: 0.25 });
         blocks_are_updated_as_their_particles(|| Brittle);
+        blocks_are_updated_as_their_particles(|| Tilted);
     }
 
     /// A law that answers nothing but rest.

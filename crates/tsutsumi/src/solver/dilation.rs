@@ -1,9 +1,12 @@
-use crate::grid::Grid;
+use std::ops::Range;
+
+use crate::grid::{Grid, vec_bytes};
 use crate::law::BLOCK;
+use crate::parallel;
 use crate::particles::Particles;
 use crate::pressure::StepView;
 use crate::tensor::Vector;
-use crate::transfer::GatheredBlock;
+use crate::transfer::{GRAIN, GatheredBlock};
 
 /// Where the volume change of a particle comes from.
 ///
@@ -34,52 +37,60 @@ pub enum VolumetricStrain {
 pub(super) struct Dilation {
     /// d_E of every cell of the grid (1/s).
     rate: Vec<f64>,
-    /// Volume of the particles inside (m³).
-    volume: Vec<f64>,
+    /// tr ∇v_p of every particle (1/s).
+    rate_of_particle: Vec<f64>,
 }
 
 impl Dilation {
-    pub(super) fn new<const D: usize>(choice: VolumetricStrain, grid: &Grid<D>) -> Self {
-        let len = match choice {
-            VolumetricStrain::Pointwise => 0,
-            VolumetricStrain::CellAveraged => grid.num_cells(),
+    pub(super) fn new<const D: usize>(choice: VolumetricStrain, grid: &Grid<D>, particles: &Particles<D>) -> Self {
+        let (cells, particles) = match choice {
+            VolumetricStrain::Pointwise => (0, 0),
+            VolumetricStrain::CellAveraged => (grid.num_cells(), particles.len()),
         };
-        Dilation { rate: vec![0.0; len], volume: vec![0.0; len] }
+        Dilation { rate: vec![0.0; cells], rate_of_particle: vec![0.0; particles] }
     }
 
-    /// The memory of its fields (bytes).
-    pub(super) fn bytes(&self) -> usize {
-        (self.rate.capacity() + self.volume.capacity()) * size_of::<f64>()
+    /// The memory that grows with the cells (bytes).
+    pub(super) fn bytes_of_cells(&self) -> usize {
+        vec_bytes(&self.rate)
     }
 
-    /// Sums the cells' means for these velocities of the nodes (m/s).
+    /// The memory that grows with the particles (bytes).
+    pub(super) fn bytes_of_particles(&self) -> usize {
+        vec_bytes(&self.rate_of_particle)
+    }
+
+    /// Finds the cells' means for these velocities of the nodes (m/s).
     pub(super) fn measure<const D: usize>(
         &mut self,
         at: &StepView<D>,
         velocities: &[Vector<D>],
         particles: &Particles<D>,
     ) {
-        if self.rate.is_empty() {
+        let Dilation { rate, rate_of_particle } = self;
+        if rate.is_empty() {
             return;
         }
-        for &cell in at.active.cells() {
-            self.rate[cell as usize] = 0.0;
-            self.volume[cell as usize] = 0.0;
-        }
-        let mut at_particles = GatheredBlock::new();
-        for start in (0..particles.len()).step_by(BLOCK) {
-            let block = start..particles.len().min(start + BLOCK);
-            let places = particles.places().part(block.clone());
-            at.transfer.gather_gradients(at.grid, velocities, places, &mut at_particles);
-            for (number, p) in block.enumerate() {
-                let cell = particles.cell[p] as usize;
-                self.rate[cell] += particles.volume[p] * at_particles.at(number).velocity_gradient.trace();
-                self.volume[cell] += particles.volume[p];
+        let of_particles = |(rates, range): (&mut [f64], Range<usize>)| {
+            let mut at_particles = GatheredBlock::new();
+            for (rates, start) in rates.chunks_mut(BLOCK).zip(range.step_by(BLOCK)) {
+                let places = particles.places().part(start..start + rates.len());
+                at.transfer.gather_gradients(at.grid, velocities, places, &mut at_particles);
+                for (p, rate) in rates.iter_mut().enumerate() {
+                    *rate = at_particles.at(p).velocity_gradient.trace();
+                }
             }
-        }
-        for &cell in at.active.cells() {
-            self.rate[cell as usize] /= self.volume[cell as usize];
-        }
+        };
+        parallel::for_each((&mut rate_of_particle[..], 0..particles.len()), GRAIN, &of_particles);
+
+        at.active.change_cells(rate, |slot, _, rate| {
+            let (mut change, mut volume) = (0.0, 0.0);
+            for &p in at.active.particles_of(slot) {
+                change += particles.volume[p as usize] * rate_of_particle[p as usize];
+                volume += particles.volume[p as usize];
+            }
+            *rate = change / volume;
+        });
     }
 
     /// Gives the particles of these cells the cells' means.

@@ -1,6 +1,8 @@
 use crate::law::{LawError, Question};
+use crate::parallel::{self, vectorized};
 use crate::particles::{OutsideGrid, Particles};
 use crate::pressure::PressureError;
+use crate::transfer::GRAIN;
 
 /// Why a step could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -63,6 +65,15 @@ pub enum StepError {
 
 /// The first particle whose grains leave no room for water.
 pub(super) fn closed_pores<const D: usize>(particles: &Particles<D>, time: f64) -> Option<StepError> {
+    let any_closed = |porosities: &[f64]| {
+        vectorized(
+            #[inline(always)]
+            || porosities.iter().fold(false, |any, &porosity| any | (porosity < 0.0)),
+        )
+    };
+    if !parallel::fold(&particles.porosity[..], GRAIN, &any_closed, &|before, after| before | after) {
+        return None;
+    }
     let particle = particles.porosity.iter().position(|&porosity| porosity < 0.0)?;
     let position = particles.position[particle].iter().copied().collect();
     Some(StepError::ClosedPores { particle, position, porosity: particles.porosity[particle], time })

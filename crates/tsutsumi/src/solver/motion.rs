@@ -1,13 +1,13 @@
 use std::ops::Range;
 
 use super::dilation::{Dilation, VolumetricStrain};
-use super::error::StepError;
+use super::error::{StepError, closed_pores};
 use super::stress_order::{NodalVelocity, Pass};
 use super::viscosity::{Viscosity, remember, resist};
 use crate::boundary::Boundary;
 use crate::damping::Damping;
 use crate::grid::{ActiveSet, Grid, NodeFields};
-use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, LawFailure, MaterialGroup};
+use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, LawFailure, MaterialGroup, StressBlock};
 use crate::parallel::{self, Pieces, vectorized};
 use crate::particles::{LocalMotion, Particles, Places};
 use crate::pressure::StepView;
@@ -19,7 +19,7 @@ use crate::velocity::VelocityUpdate;
 pub(super) struct Motion<const D: usize> {
     dilation: Dilation,
     viscosity: Viscosity,
-    /// Whether any particle has pores, and so porosities to follow.
+    /// Whether any particle has a porosity to follow.
     has_pores: bool,
     /// The nodes' velocities from the particles' new ones (m/s); empty until a stress order asks for them.
     mapped: Vec<Vector<D>>,
@@ -42,9 +42,9 @@ impl<const D: usize> Motion<D> {
         damping: Damping,
     ) -> Self {
         Motion {
-            dilation: Dilation::new(volumetric_strain, grid),
+            dilation: Dilation::new(volumetric_strain, grid, particles),
             viscosity: Viscosity::new(damping.stiffness, &particles.stress),
-            has_pores: particles.porosity.iter().any(|&porosity| porosity > 0.0),
+            has_pores: particles.porosity.iter().any(|&porosity| porosity != 0.0),
             mapped: Vec::new(),
             strain_energy: 0.0,
         }
@@ -52,12 +52,12 @@ impl<const D: usize> Motion<D> {
 
     /// The memory that grows with the particles (bytes).
     pub(super) fn bytes_of_particles(&self) -> usize {
-        self.viscosity.bytes()
+        self.viscosity.bytes() + self.dilation.bytes_of_particles()
     }
 
     /// The memory that grows with the cells (bytes).
     pub(super) fn bytes_of_cells(&self) -> usize {
-        self.dilation.bytes()
+        self.dilation.bytes_of_cells()
     }
 
     /// Step 3: masses, velocities and the force of the effective stress at the nodes.
@@ -118,6 +118,11 @@ impl<const D: usize> Motion<D> {
         failure
     }
 
+    /// The first particle whose grains leave no room for water. In dry ground nobody has to look.
+    pub(super) fn closed_pores(&self, particles: &Particles<D>, time: f64) -> Option<StepError> {
+        if self.has_pores { closed_pores(particles, time) } else { None }
+    }
+
     /// The nodes' velocities from the particles' new ones, by Eq. (10) in the old places.
     fn map_again(
         &mut self,
@@ -127,9 +132,7 @@ impl<const D: usize> Motion<D> {
         velocity_update: &dyn VelocityUpdate<D>,
     ) {
         self.mapped.resize(at.grid.num_nodes(), Vector::zeros());
-        for &node in at.active.nodes() {
-            self.mapped[node as usize] = Vector::zeros();
-        }
+        at.active.change_runs(&mut self.mapped, |_, momenta| momenta.fill(Vector::zeros()));
         at.transfer.spread_momentum(at.grid, at.active, particles, velocity_update.local_motion(), &mut self.mapped);
         nodes.momenta_to_velocities(at.active, &mut self.mapped);
     }
@@ -248,12 +251,13 @@ impl<const D: usize> FollowStep<'_, D> {
     fn follow(&self, piece: Piece<D>) -> BlockOutcome {
         let mut outcome = BlockOutcome::default();
         let mut at_particles = GatheredBlock::new();
-        let mut increments = IncrementBlock::within(self.at.dt);
+        let mut increments = IncrementBlock::within(self.at.dt, D);
+        let mut stresses = StressBlock::new();
         let mut rest = piece;
         while !rest.position.is_empty() {
             let len = rest.count().min(BLOCK);
             let (block, after) = rest.cut(len);
-            let of_block = self.follow_block(block, &mut at_particles, &mut increments);
+            let of_block = self.follow_block(block, &mut at_particles, &mut increments, &mut stresses);
             outcome = outcome.and(of_block);
             rest = after;
         }
@@ -265,6 +269,7 @@ impl<const D: usize> FollowStep<'_, D> {
         mut block: Piece<D>,
         at_particles: &mut GatheredBlock<D>,
         increments: &mut IncrementBlock,
+        stresses: &mut StressBlock,
     ) -> BlockOutcome {
         let &FollowStep { pass, at, nodes, .. } = self;
         let mut outcome = BlockOutcome::default();
@@ -295,7 +300,8 @@ impl<const D: usize> FollowStep<'_, D> {
 
             // 9. Effective stresses by the constitutive law.
             remember(block.felt, block.stress, increments);
-            outcome = self.group.update_aligned(block.first, block.stress, increments, block.volume).from(block.first);
+            outcome = self.group.update_aligned(block.first, block.stress, increments, block.volume, stresses);
+            outcome = outcome.from(block.first);
             resist(block.felt, block.stress, at.damping.stiffness / at.dt);
 
             // 10. Volumes and pores.
@@ -335,14 +341,14 @@ impl<const D: usize> FollowStep<'_, D> {
     /// The grains keep their volume: (1 − n) V stays. Dry ground has n = 0 and no pores to follow.
     #[inline(always)]
     fn stretch(&self, block: &mut Piece<D>, at_particles: &GatheredBlock<D>) {
-        let dt = self.at.dt;
         let mut ratios = [1.0; BLOCK];
-        for (p, volume) in block.volume.iter_mut().enumerate() {
-            let gradient: Matrix<D> = at_particles.at(p).velocity_gradient * dt;
-            ratios[p] = volume_ratio(&gradient);
-            *volume *= ratios[p];
+        let boxes = block.volume.iter_mut().zip(block.half_size.iter_mut());
+        for (p, ((volume, half_size), ratio)) in boxes.zip(&mut ratios).enumerate() {
+            let gradient: Matrix<D> = at_particles.at(p).velocity_gradient * self.at.dt;
+            *ratio = volume_ratio(&gradient);
+            *volume *= *ratio;
             for axis in 0..D {
-                block.half_size[p][axis] *= 1.0 + gradient[(axis, axis)];
+                half_size[axis] *= 1.0 + gradient[(axis, axis)];
             }
         }
         if !self.has_pores {
@@ -399,7 +405,7 @@ impl<const D: usize> NodeFields<D> {
 /// Moves particles with the grid, X_p ← X_p + Δt v^L(X_p).
 #[inline(always)]
 fn advance<const D: usize>(positions: &mut [Vector<D>], at_particles: &GatheredBlock<D>, dt: f64) {
-    for (p, position) in positions.iter_mut().enumerate() {
+    for (p, position) in positions.iter_mut().enumerate().take(BLOCK) {
         for axis in 0..D {
             position[axis] += at_particles.velocity[axis][p] * dt;
         }

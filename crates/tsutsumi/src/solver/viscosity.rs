@@ -1,4 +1,5 @@
-use crate::law::IncrementBlock;
+use crate::law::{BLOCK, IncrementBlock};
+use crate::parallel::vectorized;
 use crate::tensor::{Sym3, rotation};
 
 /// The stress that the nodes feel with stiffness-proportional damping: the effective stress and the resistance to its change.
@@ -42,16 +43,26 @@ impl Viscosity {
 
 /// Before the law of a block: keeps the old stresses (Pa), turned as the law will turn them, in `felt`, which is empty without damping.
 pub(super) fn remember(felt: &mut [Sym3], stresses: &[Sym3], increments: &IncrementBlock) {
-    for (p, (felt, stress)) in felt.iter_mut().zip(stresses).enumerate() {
-        *felt = stress.rotated(&rotation(&increments.at(p).spin));
-    }
+    vectorized(
+        #[inline(always)]
+        || {
+            for (p, (felt, stress)) in (0..BLOCK).zip(felt.iter_mut().zip(stresses)) {
+                *felt = stress.rotated(&rotation(&increments.at(p).spin));
+            }
+        },
+    );
 }
 
 /// After the law of a block: adds the resistance to the new stresses (Pa). `duration` is β/Δt (–).
 pub(super) fn resist(felt: &mut [Sym3], stresses: &[Sym3], duration: f64) {
-    for (felt, &stress) in felt.iter_mut().zip(stresses) {
-        *felt = stress + (stress - *felt) * duration;
-    }
+    vectorized(
+        #[inline(always)]
+        || {
+            for (felt, &stress) in felt.iter_mut().zip(stresses) {
+                *felt = stress + (stress - *felt) * duration;
+            }
+        },
+    );
 }
 
 #[cfg(test)]
@@ -66,7 +77,7 @@ mod tests {
         let turned = old.rotated(&rotation(&spin));
         let mut stresses = vec![turned, old * 1.5];
         let mut viscosity = Viscosity::new(0.1, &[old; 2]);
-        let mut increments = IncrementBlock::within(1.0);
+        let mut increments = IncrementBlock::within(1.0, 3);
         increments.spin[2][0] = spin.z;
         remember(viscosity.felt(), &[old; 2], &increments);
         resist(viscosity.felt(), &stresses, 4.0);
