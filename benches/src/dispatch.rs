@@ -9,11 +9,11 @@
 use tsutsumi::boundary::Boundary;
 use tsutsumi::grid::{ActiveSet, Grid, NodeFields};
 use tsutsumi::law::{Group, Increment, LinearElastic, MaterialGroup};
-use tsutsumi::particles::Particles;
+use tsutsumi::particles::{LocalMotion, Particles};
 use tsutsumi::shape::Linear;
 use tsutsumi::solver::{Parts, Solver, StepError};
 use tsutsumi::tensor::{Sym3, Vector, volume_ratio};
-use tsutsumi::transfer::{GatheredBlock, Transfer};
+use tsutsumi::transfer::{GatheredBlock, Transfer, Wanted};
 use tsutsumi::velocity::{Mpm1, VelocityUpdate};
 
 use crate::block::{Block, BlockError};
@@ -112,7 +112,7 @@ where
         }
         // 3.
         nodes.clear(active);
-        shape.particles_to_nodes(grid, active, particles, nodes);
+        shape.particles_to_nodes(grid, active, particles, LocalMotion::Nothing, nodes);
         boundary.hold(active, nodes);
         let mut field = std::mem::take(&mut nodes.velocity_old);
         nodes.momenta_to_velocities(active, &mut field);
@@ -159,7 +159,8 @@ where
     ) {
         let Loop { grid, nodes, particles, shape, velocity_update, group, .. } = self;
         let block = start..particles.len().min(start + BLOCK);
-        shape.gather_block(grid, nodes, particles.places().part(block.clone()), at_particles);
+        let wanted = Wanted { acceleration: true, moments: false };
+        shape.gather_block(grid, nodes, particles.places().part(block.clone()), wanted, at_particles);
         let increments = &mut increments[..block.len()];
         for (p, increment) in increments.iter_mut().enumerate() {
             let gradient = at_particles.at(p).velocity_gradient * dt;
