@@ -192,10 +192,10 @@ fn vector_of_row<X: Vectors, const D: usize>(vectors: X, row: &[Vector<D>], v: u
     if let Some(four) = numbers[start..].first_chunk() {
         return Four::new(vectors, *four);
     }
-    if D == 3 && v > 0 {
-        // The last node: one number earlier, so as not to read beyond the row.
-        if let Some(&[before, x, y, z]) = numbers[start - 1..].first_chunk() {
-            return Four::new(vectors, [x, y, z, before]);
+    if D == 3 {
+        // The last node of the row: what stands in the last lane means nothing.
+        if let Some(&[x, y, z]) = numbers[start..].first_chunk() {
+            return Four::new(vectors, [x, y, z, z]);
         }
     }
     first_lanes(vectors, &numbers[start..])
