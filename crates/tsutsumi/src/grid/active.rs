@@ -118,11 +118,21 @@ impl ActiveSet {
     /// Changes the values of a field at the active nodes, on all threads: `change(place among the active nodes, node, value)`.
     pub(crate) fn change_nodes<T: Send>(&self, values: &mut [T], change: impl Fn(usize, usize, &mut T) + Sync) {
         let work = |piece: ActiveValues<T>| {
-            for (number, &node) in piece.nodes.iter().enumerate() {
+            for (number, &node) in piece.numbers.iter().enumerate() {
                 change(piece.place + number, node as usize, &mut piece.values[node as usize - piece.first]);
             }
         };
-        parallel::for_each(ActiveValues { nodes: &self.nodes, place: 0, first: 0, values }, GRAIN, &work);
+        parallel::for_each(ActiveValues { numbers: &self.nodes, place: 0, first: 0, values }, GRAIN, &work);
+    }
+
+    /// Changes the values of a field at the active cells, on all threads: `change(slot, value)`.
+    pub(crate) fn change_cells<T: Send>(&self, values: &mut [T], change: impl Fn(usize, &mut T) + Sync) {
+        let work = |piece: ActiveValues<T>| {
+            for (number, &cell) in piece.numbers.iter().enumerate() {
+                change(piece.place + number, &mut piece.values[cell as usize - piece.first]);
+            }
+        };
+        parallel::for_each(ActiveValues { numbers: &self.cells, place: 0, first: 0, values }, GRAIN, &work);
     }
 
     /// All particles, cell after cell, those of a cell in ascending order.
@@ -155,28 +165,28 @@ impl ActiveSet {
     }
 }
 
-/// The values of a field at some active nodes, in ascending order, and around them.
+/// The values of a field at some active nodes or cells, in ascending order, and around them.
 struct ActiveValues<'a, T> {
-    nodes: &'a [u32],
-    /// The place of the first node among the active ones.
+    numbers: &'a [u32],
+    /// The place of the first one among the active ones.
     place: usize,
-    /// The node whose values come first.
+    /// The one whose value comes first.
     first: usize,
     values: &'a mut [T],
 }
 
 impl<T: Send> Pieces for ActiveValues<'_, T> {
     fn count(&self) -> usize {
-        self.nodes.len()
+        self.numbers.len()
     }
 
     fn cut(self, at: usize) -> (Self, Self) {
-        let (left, right) = self.nodes.split_at(at);
-        let first = right.first().map_or(self.first + self.values.len(), |&node| node as usize);
+        let (left, right) = self.numbers.split_at(at);
+        let first = right.first().map_or(self.first + self.values.len(), |&number| number as usize);
         let (lower, upper) = self.values.split_at_mut(first - self.first);
         (
-            ActiveValues { nodes: left, place: self.place, first: self.first, values: lower },
-            ActiveValues { nodes: right, place: self.place + at, first, values: upper },
+            ActiveValues { numbers: left, place: self.place, first: self.first, values: lower },
+            ActiveValues { numbers: right, place: self.place + at, first, values: upper },
         )
     }
 }

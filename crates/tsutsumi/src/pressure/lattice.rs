@@ -52,10 +52,22 @@ pub(super) struct Lattice {
     offsets: Vec<Offset>,
     num_lines: usize,
     runs: Vec<Run>,
+    stretches: Vec<Stretch>,
     /// For every run and line the distances, in sites, to the cells beside it in the line above and in that below.
     shifts: Vec<[isize; 2]>,
     segments: Vec<Segment>,
     num_sites: usize,
+}
+
+/// Sites whose neighbours are all as far away as those of one run: that run, and the next ones as long as the lines are equally long, with
+/// the margins between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Stretch {
+    /// The number of the first run.
+    run: usize,
+    /// The first site and that after the last one.
+    site: usize,
+    end: usize,
 }
 
 /// Sites next to each other along x.
@@ -137,6 +149,21 @@ impl Lattice {
                 }
             }
         }
+        self.join_runs(reach as usize);
+    }
+
+    /// Lists the stretches. Two runs are joined where only their own margins lie between them: an entry of the matrix at a site there, or one
+    /// from there to a cell, is zero, so that products in passing are zero too.
+    fn join_runs(&mut self, reach: usize) {
+        self.stretches.clear();
+        for (number, run) in self.runs.iter().enumerate() {
+            let end = run.site + run.len;
+            let shifts = |number: usize| &self.shifts[number * self.num_lines..][..self.num_lines];
+            match self.stretches.last_mut() {
+                Some(last) if last.end + 2 * reach == run.site && shifts(last.run) == shifts(number) => last.end = end,
+                _ => self.stretches.push(Stretch { run: number, site: run.site, end }),
+            }
+        }
     }
 
     /// The site at a place, if there is one: at every active cell and wherever one can have a neighbour.
@@ -165,6 +192,11 @@ impl Lattice {
     /// The neighbours on the upper side.
     pub(super) fn offsets(&self) -> &[Offset] {
         &self.offsets
+    }
+
+    /// The number of the offset to a place.
+    pub(super) fn offset_to(&self, to: Place) -> Option<usize> {
+        self.offsets.iter().position(|offset| offset.to == to)
     }
 
     /// From a cell of a run to its neighbours at `offset` and at the opposite of it (sites).
@@ -199,6 +231,20 @@ impl Lattice {
             for (site, x) in (segment.site..).zip(segment.from..segment.to) {
                 visit(site, [x, segment.y, segment.z]);
             }
+        }
+    }
+
+    /// Calls `visit(number of a run, first site, how many)` for stretches of sites that hold all cells among `sites`, and margins between
+    /// cells: the neighbours of all sites of a stretch are as far away as those of the run.
+    #[inline(always)]
+    pub(super) fn visit_stretches(&self, sites: &Range<usize>, mut visit: impl FnMut(usize, usize, usize)) {
+        let first = self.stretches.partition_point(|stretch| stretch.end <= sites.start);
+        for stretch in &self.stretches[first..] {
+            let (from, to) = (stretch.site.max(sites.start), stretch.end.min(sites.end));
+            if from >= to {
+                break;
+            }
+            visit(stretch.run, from, to - from);
         }
     }
 

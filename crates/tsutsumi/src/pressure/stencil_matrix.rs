@@ -51,7 +51,7 @@ impl<T: RealField + Copy> StencilMatrix<T> {
         (&mut self.diagonal, &mut self.upper)
     }
 
-    /// The rows `sites` of A x, into `product` (of that length). Sites without a cell are left as they are.
+    /// The rows `sites` of A x, into `product` (of that length). Sites without a cell are left as they are, or zero where they were or `x` is.
     pub(super) fn multiply(&self, lattice: &Lattice, sites: Range<usize>, x: &[T], product: &mut [T]) {
         let machine = pulp::Arch::new();
         self.visit_strips(lattice, &sites, |run, from, len| {
@@ -90,7 +90,7 @@ impl<T: RealField + Copy> StencilMatrix<T> {
     /// Calls `visit(run, first site, number of sites)` for strips of active cells.
     #[inline(always)]
     fn visit_strips(&self, lattice: &Lattice, sites: &Range<usize>, mut visit: impl FnMut(usize, usize, usize)) {
-        lattice.visit_runs(sites, |run, from, len| {
+        lattice.visit_stretches(sites, |run, from, len| {
             for start in (from..from + len).step_by(STRIP) {
                 visit(run, start, STRIP.min(from + len - start));
             }
@@ -109,6 +109,9 @@ struct Strip<'a, T> {
     product: &'a mut [T],
 }
 
+/// Sites whose sums stay in registers from the first entry to the last.
+const LANES: usize = 16;
+
 impl<T: RealField + Copy> pulp::WithSimd for Strip<'_, T> {
     type Output = ();
 
@@ -116,28 +119,45 @@ impl<T: RealField + Copy> pulp::WithSimd for Strip<'_, T> {
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Strip { matrix, lattice, run, from, x, product } = self;
         let len = product.len();
-        product.copy_from_slice(&x[from..][..len]);
-        if !matrix.diagonal.is_empty() {
-            for (product, &diagonal) in product.iter_mut().zip(&matrix.diagonal[from..][..len]) {
-                *product *= diagonal;
+        let own = &x[from..][..len];
+        match matrix.diagonal.is_empty() {
+            true => product.copy_from_slice(own),
+            false => {
+                let diagonal = matrix.diagonal[from..][..len].iter();
+                product.iter_mut().zip(diagonal).zip(own).for_each(|((product, &d), &x)| *product = d * x);
             }
         }
-        let (mut offsets, mut upper) = (lattice.offsets(), &matrix.upper[..]);
-        // Two offsets at a time: half the loads and stores of sums.
-        while let ([first, second, others @ ..], [first_entries, second_entries, rest @ ..]) = (offsets, upper) {
-            let a = Couple::new(lattice.shift(run, first), first_entries, x, from, len);
-            let b = Couple::new(lattice.shift(run, second), second_entries, x, from, len);
-            for (i, product) in product.iter_mut().enumerate() {
-                *product += a.at(i) + b.at(i);
-            }
-            (offsets, upper) = (others, rest);
+        let couple = |number: usize| {
+            let shift = lattice.shift(run, &lattice.offsets()[number]);
+            Couple::new(shift, &matrix.upper[number], x, from, len)
+        };
+        // Four offsets at a time (all in 2-D with linear functions): fewer loads and stores of sums.
+        let mut number = 0;
+        while number + 4 <= matrix.upper.len() {
+            add_couples([couple(number), couple(number + 1), couple(number + 2), couple(number + 3)], product);
+            number += 4;
         }
-        if let ([last], [entries]) = (offsets, upper) {
-            let a = Couple::new(lattice.shift(run, last), entries, x, from, len);
-            for (i, product) in product.iter_mut().enumerate() {
-                *product += a.at(i);
-            }
+        while number < matrix.upper.len() {
+            add_couples([couple(number)], product);
+            number += 1;
         }
+    }
+}
+
+/// Adds the products of a few offsets, for some sites at a time.
+#[inline(always)]
+fn add_couples<T: RealField + Copy, const N: usize>(couples: [Couple<T>; N], product: &mut [T]) {
+    let whole = product.len() / LANES * LANES;
+    for from in (0..whole).step_by(LANES) {
+        let product = &mut product[from..][..LANES];
+        let mut sums: [T; LANES] = std::array::from_fn(|lane| product[lane]);
+        for couple in &couples {
+            couple.part(from, LANES).add(&mut sums);
+        }
+        product.copy_from_slice(&sums);
+    }
+    for couple in &couples {
+        couple.part(whole, product.len() - whole).add(&mut product[whole..]);
     }
 }
 
@@ -163,8 +183,17 @@ impl<'a, T: RealField + Copy> Couple<'a, T> {
     }
 
     #[inline(always)]
-    fn at(&self, i: usize) -> T {
-        self.upper[i] * self.x_upper[i] + self.lower[i] * self.x_lower[i]
+    fn part(&self, from: usize, len: usize) -> Self {
+        let Couple { upper, x_upper, lower, x_lower } = self;
+        let [upper, x_upper, lower, x_lower] = [upper, x_upper, lower, x_lower].map(|values| &values[from..][..len]);
+        Couple { upper, x_upper, lower, x_lower }
+    }
+
+    #[inline(always)]
+    fn add(&self, sums: &mut [T]) {
+        for (i, sum) in sums.iter_mut().enumerate() {
+            *sum += self.upper[i] * self.x_upper[i] + self.lower[i] * self.x_lower[i];
+        }
     }
 }
 
