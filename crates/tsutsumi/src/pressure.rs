@@ -5,6 +5,7 @@
 
 mod assembly;
 mod checkerboard;
+mod coarsest;
 mod conjugate_gradient;
 mod coupled;
 mod dry;

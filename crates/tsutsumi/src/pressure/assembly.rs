@@ -69,6 +69,10 @@ fn fill<const D: usize, const W: usize, const L: usize, const N: usize>(
     let work = |(columns, sites): (Columns<N>, Range<usize>)| {
         let Columns(mut columns) = columns;
         parts.lattice.visit_runs(&sites, |run, from, len| {
+            let mut ahead = [0; N];
+            for (ahead, offset) in ahead.iter_mut().zip(parts.lattice.offsets()) {
+                *ahead = parts.lattice.shift(run, offset)[0];
+            }
             for site in from..from + len {
                 let cell = parts.cell_of_site[site] as usize;
                 let pushed: [Vector<D>; L] = parts.push::<W, L>(cell);
@@ -76,12 +80,17 @@ fn fill<const D: usize, const W: usize, const L: usize, const N: usize>(
                 let place = site - sites.start;
                 let energy: f64 = pushed.iter().zip(of_cell).map(|(a, b)| a.dot(b)).sum();
                 columns[N - 1][place] = own(cell) + energy + parts.drag(cell);
-                for (column, offset) in columns.iter_mut().zip(parts.lattice.offsets()) {
-                    let neighbor = site.wrapping_add_signed(parts.lattice.shift(run, offset)[0]);
-                    column[place] = match parts.cell_of_site[neighbor] {
-                        NO_CELL => 0.0,
-                        other => parts.entry::<W, L>(cell, other as usize, offset, &pushed),
-                    };
+                let neighbor = |number: usize| parts.cell_of_site[site.wrapping_add_signed(ahead[number])];
+                if (D, W) == (2, 2) {
+                    let entries = parts.entries_in_plane(std::array::from_fn(neighbor), &pushed);
+                    columns.iter_mut().zip(entries).for_each(|(column, entry)| column[place] = entry);
+                } else {
+                    for (number, offset) in parts.lattice.offsets().iter().enumerate() {
+                        columns[number][place] = match neighbor(number) {
+                            NO_CELL => 0.0,
+                            other => parts.entry::<W, L>(cell, other as usize, offset, &pushed),
+                        };
+                    }
                 }
                 for (&along, face) in along.iter().zip(&parts.upper_faces[cell]) {
                     columns[along][place] -= face.conductance;
@@ -107,6 +116,19 @@ impl<const D: usize> Parts<'_, D> {
             }
             of_cell[local].component_mul(&self.compliance[node])
         })
+    }
+
+    /// The same as [`Parts::entry`] for the four neighbours at (1, 0), (−1, 1), (0, 1) and (1, 1), with linear functions in 2-D.
+    #[inline(always)]
+    fn entries_in_plane<const L: usize>(&self, neighbors: [u32; 4], pushed: &[Vector<D>; L]) -> [f64; 4] {
+        let product = |neighbor: usize, shared: &[(usize, usize)]| match neighbors[neighbor] {
+            NO_CELL => 0.0,
+            other => {
+                let of_other = &self.divergence[other as usize * L..][..L];
+                shared.iter().map(|&(own, other)| pushed[own].dot(&of_other[other])).sum()
+            }
+        };
+        [product(0, &[(1, 0), (3, 2)]), product(1, &[(2, 1)]), product(2, &[(2, 0), (3, 1)]), product(3, &[(3, 0)])]
     }
 
     /// The conductance of all faces of a cell.

@@ -211,6 +211,12 @@ impl Lattice {
         run.slot + (site - run.site).min(run.len - 1)
     }
 
+    /// The site of a cell.
+    pub(super) fn site_of(&self, slot: usize) -> usize {
+        let run = &self.runs[self.runs.partition_point(|run| run.slot <= slot).saturating_sub(1)];
+        run.site + (slot - run.slot).min(run.len - 1)
+    }
+
     /// Values by site from values by cell.
     pub(super) fn spread<T: Copy>(&self, by_cell: &[T], by_site: &mut [T]) {
         for run in &self.runs {
