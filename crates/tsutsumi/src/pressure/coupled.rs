@@ -583,7 +583,10 @@ impl<const D: usize> Coupled<D> {
 
     /// The first value that is not finite becomes an error that names its cell.
     fn check_finite(at: &StepView<D>, values: &[f64]) -> Result<(), PressureError> {
-        match values.iter().position(|value| !value.is_finite()) {
+        let work = |(values, slots): (&[f64], Range<usize>)| {
+            values.iter().zip(slots).find(|(value, _)| !value.is_finite()).map(|(_, slot)| slot)
+        };
+        match parallel::fold((values, 0..values.len()), GRAIN, &work, &Option::or) {
             Some(slot) => Err(PressureError::NotFinite { time: at.time, cell: at.cell_index_of_slot(slot) }),
             None => Ok(()),
         }

@@ -12,8 +12,8 @@ use crate::parallel;
 /// Edge of the first blocks, in cells, and of the blocks of blocks.
 const FACTORS: [i32; 2] = [4, 2];
 
-/// Blocks are coarsened until there are at most so many, which are solved for directly: small levels cost more in calls than in numbers.
-const MOST_DIRECT: usize = 256;
+/// So many blocks are solved for directly: small levels cost more in calls than in numbers.
+pub(super) const MOST_DIRECT: usize = 256;
 
 /// The smoother damps the part of the spectrum above 1/this of its largest eigenvalue, on the grid and between blocks: what blocks of
 /// these edges cannot represent. By experiment; 6 to 20 differ by an iteration.
@@ -75,14 +75,14 @@ pub(super) struct BadDiagonal {
 }
 
 impl Multigrid {
-    /// Makes the levels for a lattice.
-    pub(super) fn rebuild(&mut self, dimension: usize, lattice: &Lattice) {
+    /// Makes the levels for a lattice. Blocks are coarsened until there are at most `most_direct`, at least one.
+    pub(super) fn rebuild(&mut self, dimension: usize, most_direct: usize, lattice: &Lattice) {
         self.dimension = dimension;
         self.grid.resize(lattice);
         let mut depth = 0;
         loop {
             let fine = if depth == 0 { lattice } else { &self.lattices[depth - 1] };
-            if fine.num_cells() <= if depth == 0 { 1 } else { MOST_DIRECT } {
+            if fine.num_cells() <= if depth == 0 { 1 } else { most_direct } {
                 break;
             }
             if self.passages.len() == depth {

@@ -6,7 +6,7 @@ use super::checkerboard::Checkerboard;
 use super::conjugate_gradient::{Breakdown, ConjugateGradient, System};
 use super::coupled::FaceFlow;
 use super::lattice::{Lattice, Place};
-use super::multigrid::Multigrid;
+use super::multigrid::{MOST_DIRECT, Multigrid};
 use super::stencil_matrix::StencilMatrix;
 use super::tied::TiedCells;
 use crate::tensor::Vector;
@@ -69,7 +69,7 @@ impl WideSystem {
         self.lattice.rebuild(D, self.width as i32 - 1, self.places.iter().copied());
         self.number_sites();
         self.matrix.resize(&self.lattice);
-        self.multigrid.rebuild(D, &self.lattice);
+        self.multigrid.rebuild(D, MOST_DIRECT, &self.lattice);
         self.iteration.resize(&self.lattice);
         for work in [&mut self.right, &mut self.solution] {
             work.clear();
