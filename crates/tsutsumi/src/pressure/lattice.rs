@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::parallel::Pieces;
+use super::stencil_matrix::GRAIN;
+use crate::parallel::{self, Pieces};
 
 /// The numbers of a cell along the axes; 0 along those that there are not.
 pub(super) type Place = [i32; 3];
@@ -218,17 +219,34 @@ impl Lattice {
     }
 
     /// Values by site from values by cell.
-    pub(super) fn spread<T: Copy>(&self, by_cell: &[T], by_site: &mut [T]) {
-        for run in &self.runs {
-            by_site[run.site..][..run.len].copy_from_slice(&by_cell[run.slot..][..run.len]);
-        }
+    pub(super) fn spread<T: Copy + Send + Sync>(&self, by_cell: &[T], by_site: &mut [T]) {
+        let work = |(piece, sites): (&mut [T], Range<usize>)| {
+            self.visit_runs(&sites, |number, from, len| {
+                let run = &self.runs[number];
+                let values = &by_cell[run.slot + from - run.site..][..len];
+                piece[from - sites.start..][..len].copy_from_slice(values);
+            });
+        };
+        parallel::for_each((by_site, 0..self.num_sites), GRAIN, &work);
     }
 
     /// Values by cell from values by site.
-    pub(super) fn gather<T: Copy>(&self, by_site: &[T], by_cell: &mut [T]) {
-        for run in &self.runs {
-            by_cell[run.slot..][..run.len].copy_from_slice(&by_site[run.site..][..run.len]);
-        }
+    pub(super) fn gather<T: Copy + Send + Sync>(&self, by_site: &[T], by_cell: &mut [T]) {
+        let work = |(mut piece, cells): (&mut [T], Range<usize>)| {
+            let first = self.runs.partition_point(|run| run.slot + run.len <= cells.start);
+            let mut slot = cells.start;
+            for run in &self.runs[first..] {
+                if slot == cells.end {
+                    break;
+                }
+                let within = slot - run.slot;
+                let len = (run.len - within).min(cells.end - slot);
+                let (values, rest) = piece.split_at_mut(len);
+                values.copy_from_slice(&by_site[run.site + within..][..len]);
+                (piece, slot) = (rest, slot + len);
+            }
+        };
+        parallel::for_each((by_cell, 0..self.num_cells()), GRAIN, &work);
     }
 
     /// The place of every site.

@@ -13,7 +13,7 @@ use crate::parallel;
 const FACTORS: [i32; 2] = [4, 2];
 
 /// So many blocks are solved for directly: small levels cost more in calls than in numbers.
-pub(super) const MOST_DIRECT: usize = 256;
+pub(super) const MOST_DIRECT: usize = 64;
 
 /// The smoother damps the part of the spectrum above 1/this of its largest eigenvalue, on the grid and between blocks: what blocks of
 /// these edges cannot represent. By experiment; 6 to 20 differ by an iteration.

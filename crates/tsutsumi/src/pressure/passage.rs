@@ -442,7 +442,7 @@ fn expand<const F: usize>(run: &Run, first: i32, even: &[f32], odd: &[f32], scal
 /// The value of the cell with this number within its block, from those of the block before, its own and the next one.
 #[inline(always)]
 fn between<const F: usize>(within: usize, even: &[f32], odd: &[f32]) -> f32 {
-    let row = if within % 2 == 0 { even } else { odd };
+    let row = if within.is_multiple_of(2) { even } else { odd };
     let outer = outer_weight::<F>(within);
     let neighbor = if within < F / 2 { row[0] } else { row[2] };
     (1.0 - outer) * row[1] + outer * neighbor
@@ -481,7 +481,7 @@ fn collect<const F: usize>(run: &Run, first: i32, fine: &[f32], scale: &[f32], e
 /// The transpose of [`between`].
 #[inline(always)]
 fn share<const F: usize>(within: usize, value: f32, even: &mut [f32], odd: &mut [f32]) {
-    let row = if within % 2 == 0 { even } else { odd };
+    let row = if within.is_multiple_of(2) { even } else { odd };
     let outer = outer_weight::<F>(within);
     row[1] += (1.0 - outer) * value;
     row[if within < F / 2 { 0 } else { 2 }] += outer * value;
@@ -584,28 +584,30 @@ impl Sources<'_> {
                 }
             };
             let (place_across, place_within) = (place(dx.signum()), place(0));
-            let factor = self.factor as usize;
-            let mut block_end = factor - x.rem_euclid(self.factor) as usize;
+            let mut block_end = (self.factor - x.rem_euclid(self.factor)) as usize;
             let (mut number, mut from) = (0, 0);
             while from < len {
                 let to = block_end.min(len);
-                let reach = dx.unsigned_abs() as usize;
-                let (across, within) = match dx > 0 {
-                    true => {
-                        let edge = block_end.saturating_sub(reach).clamp(from, to);
-                        (edge..to, from..edge)
-                    }
-                    false => {
-                        let edge = (block_end + reach).saturating_sub(factor).clamp(from, to);
-                        (from..edge, edge..to)
-                    }
-                };
+                let (across, within) = self.split(from..to, block_end, dx);
                 add(place_across, number, across);
                 if to_others {
                     add(place_within, number, within);
                 }
-                (number, from, block_end) = (number + 1, to, block_end + factor);
+                (number, from, block_end) = (number + 1, to, block_end + self.factor as usize);
             }
+        }
+    }
+
+    /// The cells of a block, which ends at `block_end`, whose neighbours `dx` cells on lie in the next block, and the others.
+    fn split(&self, cells: Range<usize>, block_end: usize, dx: i32) -> (Range<usize>, Range<usize>) {
+        let Range { start, end } = cells;
+        let reach = dx.unsigned_abs() as usize;
+        if dx > 0 {
+            let edge = block_end.saturating_sub(reach).clamp(start, end);
+            (edge..end, start..edge)
+        } else {
+            let edge = (block_end + reach).saturating_sub(self.factor as usize).clamp(start, end);
+            (start..edge, edge..end)
         }
     }
 }
