@@ -62,7 +62,7 @@ fn fill<const D: usize, const W: usize, const L: usize, const N: usize>(
     let mut columns: [&mut [f64]; N] = std::array::from_fn(|_| Default::default());
     columns.iter_mut().zip(upper).for_each(|(column, upper)| *column = upper);
     columns[N - 1] = diagonal;
-    // Each cell has a neighbour along each axis in every lattice.
+    // Every lattice reaches at least the next cell along each axis.
     let along: [usize; D] = std::array::from_fn(|axis| {
         parts.lattice.offset_to(std::array::from_fn(|other| i32::from(other == axis))).unwrap_or(0)
     });

@@ -84,7 +84,7 @@ pub struct PressureGradient<const D: usize> {
 }
 
 impl<const D: usize> PressureGradient<D> {
-    /// Centroids and volumes of the particles of every active cell.
+    /// Centroids of the particles of every active cell.
     fn find_centroids(&mut self, at: &StepView<D>, particles: &Particles<D>) {
         let num_cells = at.grid.num_cells();
         self.centroid.resize(num_cells, Vector::zeros());

@@ -51,7 +51,8 @@ impl<T: RealField + Copy> StencilMatrix<T> {
         (&mut self.diagonal, &mut self.upper)
     }
 
-    /// The rows `sites` of A x, into `product` (of that length). Sites without a cell are left as they are, or zero where they were or `x` is.
+    /// The rows `sites` of A x, into `product` (of that length), for `x` that is zero at sites without a cell. Those between cells get a zero, the
+    /// others are left as they are.
     pub(super) fn multiply(&self, lattice: &Lattice, sites: Range<usize>, x: &[T], product: &mut [T]) {
         let machine = pulp::Arch::new();
         self.visit_strips(lattice, &sites, |run, from, len| {
