@@ -5,6 +5,7 @@
 
 mod assembly;
 mod checkerboard;
+mod coarsest;
 mod conjugate_gradient;
 mod coupled;
 mod dry;
@@ -113,7 +114,7 @@ pub trait PressureScheme<const D: usize>: Send {
     fn particles_to_cells(&mut self, at: &StepView<D>, particles: &Particles<D>, cells: &mut CellFields);
 
     /// Step 6: the cells' pressures and the nodes' accelerations, from the forces and old velocities of the nodes, with the
-    /// damping that the view holds.
+    /// damping that the view holds. It follows [`Self::particles_to_cells`] with the same particles.
     ///
     /// # Errors
     /// See [`PressureError`]. The particles are untouched then.

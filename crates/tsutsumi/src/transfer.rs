@@ -537,11 +537,16 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
             parallel::Rows<Vector<D>>,
         )| {
             for (slot, of_cell) in slots.zip(stencils.iter_mut()) {
+                // The compiler then knows the length.
+                let of_cell = &mut of_cell[..S::WIDTH.pow(D as u32)];
                 of_cell.fill(Vector::zeros());
-                for &p in active.particles_of(slot) {
+                let of_slot = active.particles_of(slot);
+                let Some(&first) = of_slot.first() else { continue };
+                let index = grid.index_of(&grid.in_spacings(&places.position[first as usize]));
+                for &p in of_slot {
                     let p = p as usize;
                     let volume = particles.volume[p];
-                    Stencil::of_particle(self, grid, places, p)
+                    Stencil::of_particle_in(self, grid, index, places, p)
                         .visit::<S>(|local, _, _, gradient| of_cell[local] += Vector::from(gradient) * volume);
                 }
             }

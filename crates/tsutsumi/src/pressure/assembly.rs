@@ -1,7 +1,8 @@
-//! The entries of K_vᵀ (c/M) K_v, cell by cell.
+//! The entries of L + K_vᵀ (c/M) K_v, cell by cell.
 
 use std::ops::Range;
 
+use super::coupled::FaceFlow;
 use super::lattice::{Lattice, Offset, Place};
 use super::stencil_matrix::{Columns, GRAIN, StencilMatrix};
 use crate::parallel;
@@ -21,12 +22,16 @@ pub(super) struct Parts<'a, const D: usize> {
     pub(super) divergence: &'a [Vector<D>],
     /// c/m of every node.
     pub(super) compliance: &'a [Vector<D>],
+    /// The faces between every cell and the one above it, per axis, with a row of closed ones behind them.
+    pub(super) upper_faces: &'a [[FaceFlow; D]],
+    /// Whose upper faces the lower ones of every cell are.
+    pub(super) below: &'a [[u32; D]],
 }
 
 /// Marks a site without a cell.
 pub(super) const NO_CELL: u32 = u32::MAX;
 
-/// Replaces the entries of a matrix by those of K_vᵀ (c/M) K_v, plus `own` of each cell on the diagonal, for stencils of `width` nodes per axis.
+/// Replaces the entries of a matrix by those of L + K_vᵀ (c/M) K_v, plus `own` of each cell on the diagonal, for stencils of `width` nodes per axis.
 pub(super) fn assemble<const D: usize>(
     parts: Parts<D>,
     width: usize,
@@ -57,22 +62,38 @@ fn fill<const D: usize, const W: usize, const L: usize, const N: usize>(
     let mut columns: [&mut [f64]; N] = std::array::from_fn(|_| Default::default());
     columns.iter_mut().zip(upper).for_each(|(column, upper)| *column = upper);
     columns[N - 1] = diagonal;
+    // Every lattice reaches at least the next cell along each axis.
+    let along: [usize; D] = std::array::from_fn(|axis| {
+        parts.lattice.offset_to(std::array::from_fn(|other| i32::from(other == axis))).unwrap_or(0)
+    });
     let work = |(columns, sites): (Columns<N>, Range<usize>)| {
         let Columns(mut columns) = columns;
         parts.lattice.visit_runs(&sites, |run, from, len| {
+            let mut ahead = [0; N];
+            for (ahead, offset) in ahead.iter_mut().zip(parts.lattice.offsets()) {
+                *ahead = parts.lattice.shift(run, offset)[0];
+            }
             for site in from..from + len {
                 let cell = parts.cell_of_site[site] as usize;
                 let pushed: [Vector<D>; L] = parts.push::<W, L>(cell);
                 let of_cell = &parts.divergence[cell * L..][..L];
                 let place = site - sites.start;
                 let energy: f64 = pushed.iter().zip(of_cell).map(|(a, b)| a.dot(b)).sum();
-                columns[N - 1][place] = own(cell) + energy;
-                for (column, offset) in columns.iter_mut().zip(parts.lattice.offsets()) {
-                    let neighbor = site.wrapping_add_signed(parts.lattice.shift(run, offset)[0]);
-                    column[place] = match parts.cell_of_site[neighbor] {
-                        NO_CELL => 0.0,
-                        other => parts.entry::<W, L>(cell, other as usize, offset, &pushed),
-                    };
+                columns[N - 1][place] = own(cell) + energy + parts.drag(cell);
+                let neighbor = |number: usize| parts.cell_of_site[site.wrapping_add_signed(ahead[number])];
+                if (D, W) == (2, 2) {
+                    let entries = parts.entries_in_plane(std::array::from_fn(neighbor), &pushed);
+                    columns.iter_mut().zip(entries).for_each(|(column, entry)| column[place] = entry);
+                } else {
+                    for (number, offset) in parts.lattice.offsets().iter().enumerate() {
+                        columns[number][place] = match neighbor(number) {
+                            NO_CELL => 0.0,
+                            other => parts.entry::<W, L>(cell, other as usize, offset, &pushed),
+                        };
+                    }
+                }
+                for (&along, face) in along.iter().zip(&parts.upper_faces[cell]) {
+                    columns[along][place] -= face.conductance;
                 }
             }
         });
@@ -95,6 +116,29 @@ impl<const D: usize> Parts<'_, D> {
             }
             of_cell[local].component_mul(&self.compliance[node])
         })
+    }
+
+    /// The same as [`Parts::entry`] for the four neighbours at (1, 0), (−1, 1), (0, 1) and (1, 1), with linear functions in 2-D.
+    #[inline(always)]
+    fn entries_in_plane<const L: usize>(&self, neighbors: [u32; 4], pushed: &[Vector<D>; L]) -> [f64; 4] {
+        let product = |neighbor: usize, shared: &[(usize, usize)]| match neighbors[neighbor] {
+            NO_CELL => 0.0,
+            other => {
+                let of_other = &self.divergence[other as usize * L..][..L];
+                shared.iter().map(|&(own, other)| pushed[own].dot(&of_other[other])).sum()
+            }
+        };
+        [product(0, &[(1, 0), (3, 2)]), product(1, &[(2, 1)]), product(2, &[(2, 0), (3, 1)]), product(3, &[(3, 0)])]
+    }
+
+    /// The conductance of all faces of a cell.
+    #[inline(always)]
+    fn drag(&self, cell: usize) -> f64 {
+        let of_axis = |axis: usize| {
+            let below = self.below[cell][axis] as usize;
+            self.upper_faces[cell][axis].conductance + self.upper_faces[below][axis].conductance
+        };
+        (0..D).map(of_axis).sum()
     }
 
     /// The product of two cells over the nodes that both touch. Stencils move on by one node per cell, but not where they would

@@ -3,7 +3,7 @@ use std::ops::Range;
 use super::checkerboard::Checkerboard;
 use super::conjugate_gradient::Breakdown;
 use super::envelope::Envelope;
-use super::geometry::{FilledBox, Surface, fill_boxes, smallest_fill};
+use super::geometry::{FilledBox, Surface, fill_boxes, shrink_boxes, smallest_fill};
 use super::particle_pressure::{CellPressure, ParticlePressure};
 use super::stencil_matrix::GRAIN;
 use super::tied::TiedCells;
@@ -78,14 +78,15 @@ pub struct Coupled<const D: usize> {
     quadrature: Quadrature,
     fluid_inertia: bool,
     particle_pressure: Box<dyn ParticlePressure<D>>,
-    topology: Topology,
+    topology: Topology<D>,
     /// K_v of every active cell, one stencil after the other.
     divergence: Vec<Vector<D>>,
     boxes: Vec<FilledBox<D>>,
     cells: Vec<CellCoefficients>,
     /// d/(k b) from the centre of each active cell to its sides, per axis: the inverse of T (s/m²; 2-D: s/m, 1-D: s).
     resistances: Vec<Vector<D>>,
-    inner: Vec<FaceFlow>,
+    /// The faces between each active cell and the one above it, per axis; behind them a row of closed ones, for cells that have none below.
+    upper_faces: Vec<[FaceFlow; D]>,
     /// Slot, conductance and gravity flow of every drained side.
     drains: Vec<(u32, f64, f64)>,
     /// c = γΔt − k/g of every node of the grid, per axis (s).
@@ -103,28 +104,34 @@ pub struct Coupled<const D: usize> {
     nodal: Vec<Vector<D>>,
 }
 
-/// Two slots with a common side, the lower first, and the axis normal to it.
-pub(super) type Face = (u32, u32, u8);
-
-/// Conductance T/γ_w of an inner face, (m³/s)/Pa, and its flow under gravity q_g (m³/s).
-pub(super) type FaceFlow = (f64, f64);
+/// What flows through a face between two cells. A closed one lets nothing through.
+#[derive(Debug, Clone, Copy, Default)]
+pub(super) struct FaceFlow {
+    /// Conductance T/γ_w ((m³/s)/Pa).
+    pub(super) conductance: f64,
+    /// The flow under gravity q_g, from the lower cell to the upper one (m³/s).
+    pub(super) gravity: f64,
+}
 
 /// What one active cell contributes.
 #[derive(Debug, Clone, Copy, Default)]
 struct CellCoefficients {
-    /// Volume of the particles inside (m³).
+    /// Volume of the particles inside, and of their pores (m³).
     volume: f64,
+    pores: f64,
     /// Storage C (m³/s per Pa).
     storage: f64,
     /// Conductivity k (m/s), mean by volume.
     conductivity: f64,
+    /// Pressure of the particles (Pa), mean by volume.
+    pressure: f64,
     /// The sides on which a particle inside drains.
     drained: SideSet,
 }
 
 /// Who neighbours whom: rebuilt when the active set changes.
 #[derive(Debug, Clone, Default)]
-struct Topology {
+struct Topology<const D: usize> {
     generation: u64,
     stencil_len: usize,
     /// The nodes of every active cell's stencil.
@@ -136,7 +143,9 @@ struct Topology {
     node_entries: Vec<u32>,
     /// The slot of each of these.
     node_slots: Vec<u32>,
-    faces: Vec<Face>,
+    /// The slots of the cells above and below each active cell, per axis; the number of active cells where there is none.
+    above: Vec<[u32; D]>,
+    below: Vec<[u32; D]>,
     surface: Surface,
     /// The row of each slot in the direct solver's matrix.
     row_of_slot: Vec<u32>,
@@ -178,7 +187,7 @@ impl<const D: usize> Coupled<D> {
             boxes: Vec::new(),
             cells: Vec::new(),
             resistances: Vec::new(),
-            inner: Vec::new(),
+            upper_faces: Vec::new(),
             drains: Vec::new(),
             relaxation: Vec::new(),
             compliance: Vec::new(),
@@ -247,15 +256,12 @@ impl<const D: usize> Coupled<D> {
         for work in [&mut self.right, &mut self.solution, &mut self.rows] {
             work.resize(size, 0.0);
         }
-        // Capacity for the most that so many cells can need, so that later steps do not allocate. All are filled anew below.
-        self.boxes.clear();
-        self.boxes.reserve(size);
-        self.cells.clear();
-        self.cells.reserve(size);
+        // Capacity for the most that so many cells can need, so that later steps do not allocate.
+        fill_boxes(at, &mut self.boxes);
         self.resistances.clear();
-        self.resistances.reserve(size);
-        self.inner.clear();
-        self.inner.reserve(D * size);
+        self.resistances.resize(size, Vector::zeros());
+        self.upper_faces.clear();
+        self.upper_faces.resize(size + 1, [FaceFlow::default(); D]);
         self.drains.clear();
         self.drains.reserve(2 * D * size);
         if self.topology.direct {
@@ -275,9 +281,9 @@ impl<const D: usize> Coupled<D> {
         nodes: &mut NodeFields<D>,
     ) -> Result<PressureReport, PressureError> {
         self.update_topology(at);
-        self.sum_particles(at, particles);
-        fill_boxes(self.quadrature, at, particles, &self.topology.surface, &mut self.boxes);
+        self.measure_storage(at);
         if self.quadrature == Quadrature::MaterialPoints {
+            shrink_boxes(at, particles, &self.topology.surface, &mut self.boxes);
             at.transfer.divergence_of_particles(at.grid, at.active, particles, &mut self.divergence);
         }
         self.measure_faces(at);
@@ -287,18 +293,17 @@ impl<const D: usize> Coupled<D> {
             true => self.factorize(at)?,
             false => self.measure_wide(at)?,
         }
-        for (pressure, &cell) in self.solution.iter_mut().zip(at.active.cells()) {
-            *pressure = cells.pressure_old[cell as usize];
-        }
+        let work = |(pressures, cells): (&mut [f64], &[CellCoefficients])| {
+            pressures.iter_mut().zip(cells).for_each(|(pressure, cell)| *pressure = cell.pressure);
+        };
+        parallel::for_each((&mut self.solution[..], &self.cells[..]), GRAIN, &work);
         let mut iterations = 0;
         if !at.damping.is_off() {
-            iterations += self.damp(at, cells, nodes)?;
+            iterations += self.damp(at, nodes)?;
         }
-        iterations += self.solve_for_pressures(at, cells, nodes)?;
+        iterations += self.solve_for_pressures(at, nodes)?;
 
-        for (slot, &cell) in at.active.cells().iter().enumerate() {
-            cells.pressure[cell as usize] = self.solution[slot];
-        }
+        at.active.change_cells(&mut cells.pressure, |slot, _, pressure| *pressure = self.solution[slot]);
         self.force_out_of_balance(at, nodes);
         nodes.forces_to_accelerations(at.active);
         let flow =
@@ -306,28 +311,28 @@ impl<const D: usize> Coupled<D> {
         Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })
     }
 
-    /// Storage, conductivity and drained sides of the active cells, from their particles.
+    /// Volumes, conductivity, pressure and drained sides of the active cells, from their particles.
     fn sum_particles(&mut self, at: &StepView<D>, particles: &Particles<D>) {
-        self.cells.clear();
         self.cells.resize(at.active.cells().len(), CellCoefficients::default());
-        for p in 0..particles.len() {
-            let Some(slot) = at.active.slot(particles.cell[p] as usize) else {
-                continue;
-            };
-            let volume = particles.volume[p];
-            let cell = &mut self.cells[slot];
-            cell.volume += volume;
-            cell.storage += volume * particles.porosity[p];
-            cell.conductivity += volume * particles.conductivity[p];
-            cell.drained = cell.drained.union(particles.drained[p]);
-        }
-        for cell in &mut self.cells {
-            cell.conductivity /= cell.volume;
-            if self.quadrature == Quadrature::Cell {
-                cell.storage *= at.grid.cell_volume() / cell.volume;
+        let work = |(cells, slots): (&mut [CellCoefficients], Range<usize>)| {
+            for (cell, slot) in cells.iter_mut().zip(slots) {
+                *cell = CellCoefficients::of_particles(particles, at.active.particles_of(slot));
             }
-            cell.storage /= self.fluid.bulk_modulus * at.dt;
-        }
+        };
+        parallel::for_each((&mut self.cells[..], 0..at.active.cells().len()), GRAIN, &work);
+    }
+
+    /// Storage of the active cells in this step.
+    fn measure_storage(&mut self, at: &StepView<D>) {
+        let per_volume = 1.0 / (self.fluid.bulk_modulus * at.dt);
+        let whole = (self.quadrature == Quadrature::Cell).then(|| at.grid.cell_volume());
+        let work = |cells: &mut [CellCoefficients]| {
+            for cell in cells {
+                let filled = whole.map_or(1.0, |whole| whole / cell.volume);
+                cell.storage = cell.pores * filled * per_volume;
+            }
+        };
+        parallel::for_each(&mut self.cells[..], GRAIN, &work);
     }
 
     /// Conductances of inner faces and drained sides, with the flow that gravity drives through them.
@@ -341,8 +346,8 @@ impl<const D: usize> Coupled<D> {
     /// `d` is the distance from a cell's centre to the face (m), `b` the wetted area on its side (m²).
     fn measure_faces(&mut self, at: &StepView<D>) {
         let weight = at.gravity * self.fluid.density;
-        let Coupled { boxes, cells, resistances, inner, fluid, .. } = self;
-        resistances.resize(boxes.len(), Vector::zeros());
+        let Coupled { boxes, cells, resistances, upper_faces, topology, fluid, .. } = self;
+        let size = boxes.len();
         let work = |(resistances, slots): (&mut [Vector<D>], Range<usize>)| {
             for (resistance, slot) in resistances.iter_mut().zip(slots) {
                 let (filled, conductivity) = (&boxes[slot], cells[slot].conductivity);
@@ -350,18 +355,22 @@ impl<const D: usize> Coupled<D> {
                     Vector::from_fn(|axis, _| filled.half_extent(axis) / (conductivity * filled.side_area(axis)));
             }
         };
-        parallel::for_each((&mut resistances[..], 0..boxes.len()), GRAIN, &work);
-        inner.resize(self.topology.faces.len(), (0.0, 0.0));
-        let work = |(inner, faces): (&mut [FaceFlow], &[Face])| {
-            for (inner, &(lower, upper, axis)) in inner.iter_mut().zip(faces) {
-                let (lower, upper, axis) = (lower as usize, upper as usize, axis as usize);
-                let transmissibility = 1.0 / (resistances[lower][axis] + resistances[upper][axis]);
-                let between = boxes[upper].center() - boxes[lower].center();
-                let conductance = transmissibility / fluid.unit_weight;
-                *inner = (conductance, conductance * weight.dot(&between));
+        parallel::for_each((&mut resistances[..], 0..size), GRAIN, &work);
+        let work = |(faces, slots): (&mut [[FaceFlow; D]], Range<usize>)| {
+            for (faces, slot) in faces.iter_mut().zip(slots) {
+                for (axis, (face, &above)) in faces.iter_mut().zip(&topology.above[slot]).enumerate() {
+                    let above = above as usize;
+                    if above == size {
+                        continue;
+                    }
+                    let resistance = resistances[slot][axis] + resistances[above][axis];
+                    let conductance = 1.0 / (resistance * fluid.unit_weight);
+                    let between = boxes[above].center() - boxes[slot].center();
+                    *face = FaceFlow { conductance, gravity: conductance * weight.dot(&between) };
+                }
             }
         };
-        parallel::for_each((&mut inner[..], &self.topology.faces[..]), GRAIN, &work);
+        parallel::for_each((&mut upper_faces[..size], 0..size), GRAIN, &work);
         self.drains.clear();
         for &(slot, side) in &self.topology.surface.sides {
             if self.cells[slot as usize].drained.contains(side) {
@@ -416,15 +425,10 @@ impl<const D: usize> Coupled<D> {
     ///
     /// With the pressures of the start of the step in it, coarse ground would be unstable at any step: there the pressure
     /// follows the acceleration, ρ^f/(ρ−ρ^f) times the force, and a resistance would feed that of the next step.
-    fn damp(
-        &mut self,
-        at: &StepView<D>,
-        cells: &CellFields,
-        nodes: &mut NodeFields<D>,
-    ) -> Result<usize, PressureError> {
+    fn damp(&mut self, at: &StepView<D>, nodes: &mut NodeFields<D>) -> Result<usize, PressureError> {
         let mut iterations = 0;
         if at.damping.needs_force_out_of_balance() {
-            iterations = self.solve_for_pressures(at, cells, nodes)?;
+            iterations = self.solve_for_pressures(at, nodes)?;
             self.force_out_of_balance(at, nodes);
         }
         at.damping.resist(at.active, nodes);
@@ -432,35 +436,48 @@ impl<const D: usize> Coupled<D> {
     }
 
     /// F + K_v p_w of the solution, into the nodes' accelerations (N).
-    fn force_out_of_balance(&mut self, at: &StepView<D>, nodes: &mut NodeFields<D>) {
-        self.topology.push_nodes(at, &self.divergence, &self.solution, &mut self.nodal);
-        let (force, pushed) = (&nodes.force, &self.nodal);
-        at.active.change_nodes(&mut nodes.acceleration, |_, node, value| *value = force[node] + pushed[node]);
+    fn force_out_of_balance(&self, at: &StepView<D>, nodes: &mut NodeFields<D>) {
+        let Coupled { topology, divergence, solution, .. } = self;
+        let force = &nodes.force;
+        at.active.change_nodes(&mut nodes.acceleration, |i, node, value| {
+            *value = force[node] + topology.push_node(i, divergence, solution);
+        });
+    }
+
+    /// v + c M⁻¹ F of the nodes, into `nodal` (m/s).
+    fn find_tendency(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
+        let Coupled { nodal, relaxation, .. } = self;
+        let tendency = |node: usize, force: &Vector<D>| {
+            let pushed = force.component_mul(&nodes.mobility[node]);
+            nodes.velocity_old[node] + pushed.component_mul(&relaxation[node])
+        };
+        if nodes.ties.is_empty() {
+            at.active.change_nodes(nodal, |_, node, value| *value = tendency(node, &nodes.force[node]));
+            return;
+        }
+        at.active.change_nodes(nodal, |_, node, value| *value = nodes.force[node]);
+        for tie in &nodes.ties {
+            tie.gather(nodal);
+        }
+        at.active.change_nodes(nodal, |_, node, value| *value = tendency(node, value));
     }
 
     /// C p|t − K_vᵀ [v + c M⁻¹ F] − q_g, into `right`.
-    fn fill_right_side(&mut self, at: &StepView<D>, cells: &CellFields, nodes: &NodeFields<D>) {
-        let Coupled { nodal: values, relaxation, topology, divergence, rows, right, cells: of_cells, .. } = self;
-        at.active.change_nodes(values, |_, node, value| *value = nodes.force[node]);
-        for tie in &nodes.ties {
-            tie.gather(values);
-        }
-        at.active.change_nodes(values, |_, node, value| {
-            let pushed = value.component_mul(&nodes.mobility[node]);
-            *value = nodes.velocity_old[node] + pushed.component_mul(&relaxation[node]);
-        });
+    fn fill_right_side(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
+        self.find_tendency(at, nodes);
+        let Coupled { nodal, topology, divergence, upper_faces, rows, right, cells, .. } = self;
         let work = |(right, rows, slots): (&mut [f64], &mut [f64], Range<usize>)| {
             for ((right, row), slot) in right.iter_mut().zip(rows).zip(slots) {
-                *row = cells.pressure_old[at.active.cells()[slot] as usize];
-                *right = of_cells[slot].storage * *row - topology.divergence_of(slot, divergence, values);
+                *row = cells[slot].pressure;
+                let below = topology.below[slot];
+                let outflow =
+                    |axis: usize| upper_faces[slot][axis].gravity - upper_faces[below[axis] as usize][axis].gravity;
+                let gravity: f64 = (0..D).map(outflow).sum();
+                *right = cells[slot].storage * *row - topology.divergence_of(slot, divergence, nodal) - gravity;
             }
         };
-        parallel::for_each((&mut right[..], &mut rows[..], 0..of_cells.len()), GRAIN, &work);
+        parallel::for_each((&mut right[..], &mut rows[..], 0..cells.len()), GRAIN, &work);
         self.checkerboard.add_product(&self.rows, &mut self.right);
-        for (&(lower, upper, _), &(_, flow)) in self.topology.faces.iter().zip(&self.inner) {
-            self.right[lower as usize] -= flow;
-            self.right[upper as usize] += flow;
-        }
         for &(slot, _, flow) in &self.drains {
             self.right[slot as usize] -= flow;
         }
@@ -468,13 +485,8 @@ impl<const D: usize> Coupled<D> {
 
     /// The pressures for the forces that stand in `nodes`, into `solution`; the matrix is ready, and the iteration starts from what
     /// `solution` holds.
-    fn solve_for_pressures(
-        &mut self,
-        at: &StepView<D>,
-        cells: &CellFields,
-        nodes: &NodeFields<D>,
-    ) -> Result<usize, PressureError> {
-        self.fill_right_side(at, cells, nodes);
+    fn solve_for_pressures(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) -> Result<usize, PressureError> {
+        self.fill_right_side(at, nodes);
         Self::check_finite(at, &self.right)?;
         let iterations = if self.topology.direct { self.solve_directly() } else { self.solve_iteratively(at)? };
         Self::check_finite(at, &self.solution)?;
@@ -498,11 +510,13 @@ impl<const D: usize> Coupled<D> {
         for (slot, cell) in self.cells.iter().enumerate() {
             self.matrix.add(row(slot as u32), row(slot as u32), cell.storage);
         }
-        for (&(lower, upper, _), &(conductance, _)) in topology.faces.iter().zip(&self.inner) {
-            let (a, b) = (row(lower), row(upper));
-            self.matrix.add(a, a, conductance);
-            self.matrix.add(b, b, conductance);
-            self.matrix.add(a.max(b), a.min(b), -conductance);
+        for (slot, (faces, above)) in self.upper_faces.iter().zip(&topology.above).enumerate() {
+            for (face, &above) in faces.iter().zip(above).filter(|(_, above)| **above as usize != self.cells.len()) {
+                let (a, b) = (row(slot as u32), row(above));
+                self.matrix.add(a, a, face.conductance);
+                self.matrix.add(b, b, face.conductance);
+                self.matrix.add(a.max(b), a.min(b), -face.conductance);
+            }
         }
         for &(slot, conductance, _) in &self.drains {
             self.matrix.add(row(slot), row(slot), conductance);
@@ -552,9 +566,9 @@ impl<const D: usize> Coupled<D> {
 
     /// Fills the matrix of a wide system.
     fn measure_wide(&mut self, at: &StepView<D>) -> Result<(), PressureError> {
-        let Coupled { topology, divergence, compliance, inner, drains, checkerboard, cells, wide, .. } = self;
-        let faces = &topology.faces;
-        let contributions = Contributions { divergence, compliance, faces, inner, drains, checkerboard };
+        let Coupled { topology, divergence, compliance, upper_faces, drains, checkerboard, cells, wide, .. } = self;
+        let below = &topology.below;
+        let contributions = Contributions { divergence, compliance, upper_faces, below, drains, checkerboard };
         let outcome = wide.measure(at, &contributions, |slot| cells[slot].storage);
         outcome.map_err(|(slot, entry)| self.not_positive_definite(at, slot, entry))
     }
@@ -573,7 +587,10 @@ impl<const D: usize> Coupled<D> {
 
     /// The first value that is not finite becomes an error that names its cell.
     fn check_finite(at: &StepView<D>, values: &[f64]) -> Result<(), PressureError> {
-        match values.iter().position(|value| !value.is_finite()) {
+        let work = |(values, slots): (&[f64], Range<usize>)| {
+            values.iter().zip(slots).find(|(value, _)| !value.is_finite()).map(|(_, slot)| slot)
+        };
+        match parallel::fold((values, 0..values.len()), GRAIN, &work, &Option::or) {
             Some(slot) => Err(PressureError::NotFinite { time: at.time, cell: at.cell_index_of_slot(slot) }),
             None => Ok(()),
         }
@@ -586,20 +603,26 @@ impl<const D: usize> StepView<'_, D> {
     }
 }
 
-impl Topology {
-    fn rebuild<const D: usize>(&mut self, at: &StepView<D>) {
+impl<const D: usize> Topology<D> {
+    fn rebuild(&mut self, at: &StepView<D>) {
         self.generation = at.active.generation();
         self.stencil_len = at.transfer.stencil_len();
         self.stencils.clear();
-        self.faces.clear();
-        // As many as so many cells can have, wherever they are.
-        self.faces.reserve(D * at.active.cells().len());
+        let size = at.active.cells().len();
+        self.above.clear();
+        self.below.clear();
+        self.below.resize(size, [size as u32; D]);
         for (slot, &cell) in at.active.cells().iter().enumerate() {
             let cell = cell as usize;
             at.transfer.visit_stencil(at.grid, cell, &mut |node| self.stencils.push(node as u32));
-            for axis in 0..D {
-                let above = at.grid.neighbor(cell, Side { axis, upper: true }).and_then(|other| at.active.slot(other));
-                self.faces.extend(above.map(|above| (slot as u32, above as u32, axis as u8)));
+            let above: [Option<usize>; D] = std::array::from_fn(|axis| {
+                at.grid.neighbor(cell, Side { axis, upper: true }).and_then(|other| at.active.slot(other))
+            });
+            self.above.push(above.map(|above| above.unwrap_or(size) as u32));
+            for (axis, above) in above.into_iter().enumerate() {
+                if let Some(above) = above {
+                    self.below[above][axis] = slot as u32;
+                }
             }
         }
         self.surface.rebuild(at);
@@ -608,7 +631,7 @@ impl Topology {
     }
 
     /// Inverts `stencils`: counts, then fills, both in ascending order.
-    fn list_cells_of_nodes<const D: usize>(&mut self, at: &StepView<D>) {
+    fn list_cells_of_nodes(&mut self, at: &StepView<D>) {
         let nodes = at.active.nodes();
         self.place_of_node.resize(at.grid.num_nodes(), 0);
         for (place, &node) in nodes.iter().enumerate() {
@@ -640,7 +663,7 @@ impl Topology {
     }
 
     /// Numbers the rows along the shortest axes of the body first, which keeps the matrix narrow, and chooses the solver.
-    fn order_rows<const D: usize>(&mut self, at: &StepView<D>) {
+    fn order_rows(&mut self, at: &StepView<D>) {
         let cells = at.active.cells();
         let mut lowest = [usize::MAX; D];
         let mut highest = [0; D];
@@ -730,42 +753,46 @@ impl Topology {
     }
 
     /// K_vᵀ of a nodal field, for one cell.
-    fn divergence_of<const D: usize>(&self, slot: usize, divergence: &[Vector<D>], nodal: &[Vector<D>]) -> f64 {
+    fn divergence_of(&self, slot: usize, divergence: &[Vector<D>], nodal: &[Vector<D>]) -> f64 {
         let entries = slot * self.stencil_len..(slot + 1) * self.stencil_len;
         let nodes = &self.stencils[entries.clone()];
         nodes.iter().zip(&divergence[entries]).map(|(&node, k)| k.dot(&nodal[node as usize])).sum()
     }
 
-    /// K_v p at the active nodes, into `nodal`.
-    fn push_nodes<const D: usize>(
-        &self,
-        at: &StepView<D>,
-        divergence: &[Vector<D>],
-        pressure: &[f64],
-        nodal: &mut [Vector<D>],
-    ) {
-        at.active.change_nodes(nodal, |i, _, value| {
-            let around = self.cells_of_node(i).iter().zip(self.slots_of_node(i));
-            *value = around.map(|(&entry, &slot)| divergence[entry as usize] * pressure[slot as usize]).sum();
-        });
+    /// K_v p at the active node number `i`.
+    #[inline]
+    fn push_node(&self, i: usize, divergence: &[Vector<D>], pressure: &[f64]) -> Vector<D> {
+        let around = self.cells_of_node(i).iter().zip(self.slots_of_node(i));
+        around.map(|(&entry, &slot)| divergence[entry as usize] * pressure[slot as usize]).sum()
+    }
+}
+
+impl CellCoefficients {
+    /// The sums and means over the particles of a cell.
+    fn of_particles<const D: usize>(particles: &Particles<D>, of_cell: &[u32]) -> Self {
+        let mut cell = CellCoefficients::default();
+        for &p in of_cell {
+            let p = p as usize;
+            let volume = particles.volume[p];
+            cell.volume += volume;
+            cell.pores += volume * particles.porosity[p];
+            cell.conductivity += volume * particles.conductivity[p];
+            cell.pressure += volume * particles.pressure[p];
+            cell.drained = cell.drained.union(particles.drained[p]);
+        }
+        cell.conductivity /= cell.volume;
+        cell.pressure /= cell.volume;
+        cell
     }
 }
 
 impl<const D: usize> PressureScheme<D> for Coupled<D> {
     /// The mean of the particles' pressures, weighted by volume.
     fn particles_to_cells(&mut self, at: &StepView<D>, particles: &Particles<D>, cells: &mut CellFields) {
-        for &cell in at.active.cells() {
-            cells.pressure_old[cell as usize] = 0.0;
-            cells.volume[cell as usize] = 0.0;
-        }
-        for p in 0..particles.len() {
-            let cell = particles.cell[p] as usize;
-            cells.pressure_old[cell] += particles.volume[p] * particles.pressure[p];
-            cells.volume[cell] += particles.volume[p];
-        }
-        for &cell in at.active.cells() {
-            cells.pressure_old[cell as usize] /= cells.volume[cell as usize];
-        }
+        self.sum_particles(at, particles);
+        let sums = &self.cells;
+        at.active.change_cells(&mut cells.pressure_old, |slot, _, pressure| *pressure = sums[slot].pressure);
+        at.active.change_cells(&mut cells.volume, |slot, _, volume| *volume = sums[slot].volume);
     }
 
     fn solve(

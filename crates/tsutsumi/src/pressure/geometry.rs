@@ -29,25 +29,13 @@ impl<const D: usize> FilledBox<D> {
     }
 }
 
-/// Fills `boxes` with one box per active cell; `surface` are the sides without material beyond.
-///
-/// With [`Quadrature::Cell`] (the paper) it is the whole cell. With [`Quadrature::MaterialPoints`] it reaches to every
-/// side with material beyond, and to the boxes of the cell's own particles where there is none.
-pub(super) fn fill_boxes<const D: usize>(
-    quadrature: Quadrature,
-    at: &StepView<D>,
-    particles: &Particles<D>,
-    surface: &Surface,
-    boxes: &mut Vec<FilledBox<D>>,
-) {
+/// Fills `boxes` with one box per active cell: the whole cell.
+pub(super) fn fill_boxes<const D: usize>(at: &StepView<D>, boxes: &mut Vec<FilledBox<D>>) {
     boxes.clear();
     boxes.extend(at.active.cells().iter().map(|&cell| {
         let lower = at.grid.cell_origin(cell as usize);
         FilledBox { lower, upper: lower + at.grid.spacing() }
     }));
-    if quadrature == Quadrature::MaterialPoints {
-        shrink_boxes(at, particles, surface, boxes);
-    }
 }
 
 /// The sides of the active cells without material beyond.
@@ -55,16 +43,12 @@ pub(super) fn fill_boxes<const D: usize>(
 pub(super) struct Surface {
     /// Slots and sides.
     pub(super) sides: Vec<(u32, Side)>,
-    /// Whether a cell has such a side, by slot.
-    is_at: Vec<bool>,
 }
 
 impl Surface {
     /// Finds the sides.
     pub(super) fn rebuild<const D: usize>(&mut self, at: &StepView<D>) {
         let size = at.active.cells().len();
-        self.is_at.clear();
-        self.is_at.resize(size, false);
         self.sides.clear();
         // As many as so many cells can have, wherever they are.
         self.sides.reserve(2 * D * size);
@@ -72,53 +56,54 @@ impl Surface {
             for side in Side::all::<D>() {
                 if at.grid.neighbor(cell as usize, side).and_then(|other| at.active.slot(other)).is_none() {
                     self.sides.push((slot as u32, side));
-                    self.is_at[slot] = true;
                 }
             }
         }
     }
 }
 
-/// Makes the boxes at the surface as small as their particles.
-fn shrink_boxes<const D: usize>(
+/// Makes the boxes at the surface as small as their particles: they reach to every side with material beyond, and to the boxes of the
+/// cell's own particles where there is none. The other boxes are left as they are.
+pub(super) fn shrink_boxes<const D: usize>(
     at: &StepView<D>,
     particles: &Particles<D>,
     surface: &Surface,
     boxes: &mut [FilledBox<D>],
 ) {
-    // Sides towards empty cells or the end of the grid start from the opposite side and grow with the particles.
     let spacing = at.grid.spacing();
-    for &(slot, side) in &surface.sides {
-        let origin = at.grid.cell_origin(at.active.cells()[slot as usize] as usize);
-        let filled = &mut boxes[slot as usize];
-        match side.upper {
-            true => filled.upper[side.axis] = origin[side.axis],
-            false => filled.lower[side.axis] = origin[side.axis] + spacing[side.axis],
-        }
-    }
-    for (p, &cell) in particles.cell.iter().enumerate() {
-        let Some(slot) = at.active.slot(cell as usize) else { continue };
-        if !surface.is_at[slot] {
-            continue;
-        }
+    for sides in surface.sides.chunk_by(|(slot, _), (next, _)| slot == next) {
+        let slot = sides[0].0 as usize;
+        let cell_lower = at.grid.cell_origin(at.active.cells()[slot] as usize);
         let filled = &mut boxes[slot];
-        let (from, to) =
-            (particles.position[p] - particles.half_size[p], particles.position[p] + particles.half_size[p]);
-        let cell_lower = at.grid.cell_origin(cell as usize);
-        for axis in 0..D {
-            let (low, high) = (cell_lower[axis], cell_lower[axis] + spacing[axis]);
-            filled.lower[axis] = filled.lower[axis].min(from[axis].max(low));
-            filled.upper[axis] = filled.upper[axis].max(to[axis].min(high));
+        // Sides towards empty cells or the end of the grid start from the opposite side and grow with the particles.
+        for &(_, side) in sides {
+            match side.upper {
+                true => filled.upper[side.axis] = cell_lower[side.axis],
+                false => filled.lower[side.axis] = cell_lower[side.axis] + spacing[side.axis],
+            }
+        }
+        for &p in at.active.particles_of(slot) {
+            let (position, half_size) = (particles.position[p as usize], particles.half_size[p as usize]);
+            let (from, to) = (position - half_size, position + half_size);
+            for axis in 0..D {
+                let (low, high) = (cell_lower[axis], cell_lower[axis] + spacing[axis]);
+                filled.lower[axis] = filled.lower[axis].min(from[axis].max(low));
+                filled.upper[axis] = filled.upper[axis].max(to[axis].min(high));
+            }
         }
     }
 }
 
 /// The smallest filled part of an active cell along an axis (–): 1 with [`Quadrature::Cell`].
 pub(super) fn smallest_fill<const D: usize>(quadrature: Quadrature, at: &StepView<D>, particles: &Particles<D>) -> f64 {
+    if quadrature == Quadrature::Cell {
+        return 1.0;
+    }
     let mut surface = Surface::default();
     surface.rebuild(at);
     let mut boxes = Vec::new();
-    fill_boxes(quadrature, at, particles, &surface, &mut boxes);
+    fill_boxes(at, &mut boxes);
+    shrink_boxes(at, particles, &surface, &mut boxes);
     let parts = |filled: &FilledBox<D>| (filled.upper - filled.lower).component_mul(&at.grid.inverse_spacing()).min();
     boxes.iter().map(parts).fold(1.0, f64::min)
 }

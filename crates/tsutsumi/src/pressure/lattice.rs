@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use crate::parallel::Pieces;
+use super::stencil_matrix::GRAIN;
+use crate::parallel::{self, Pieces};
 
 /// The numbers of a cell along the axes; 0 along those that there are not.
 pub(super) type Place = [i32; 3];
@@ -52,10 +53,22 @@ pub(super) struct Lattice {
     offsets: Vec<Offset>,
     num_lines: usize,
     runs: Vec<Run>,
+    stretches: Vec<Stretch>,
     /// For every run and line the distances, in sites, to the cells beside it in the line above and in that below.
     shifts: Vec<[isize; 2]>,
     segments: Vec<Segment>,
     num_sites: usize,
+}
+
+/// Sites whose neighbours are all as far away as those of one run: that run, and the next ones as long as the lines are equally long, with
+/// the margins between them.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+struct Stretch {
+    /// The number of the first run.
+    run: usize,
+    /// The first site and that after the last one.
+    site: usize,
+    end: usize,
 }
 
 /// Sites next to each other along x.
@@ -137,6 +150,21 @@ impl Lattice {
                 }
             }
         }
+        self.join_runs(reach as usize);
+    }
+
+    /// Lists the stretches. Two runs are joined where only their own margins lie between them: an entry of the matrix at a site there, or one
+    /// from there to a cell, is zero, so that products in passing are zero too.
+    fn join_runs(&mut self, reach: usize) {
+        self.stretches.clear();
+        for (number, run) in self.runs.iter().enumerate() {
+            let end = run.site + run.len;
+            let shifts = |number: usize| &self.shifts[number * self.num_lines..][..self.num_lines];
+            match self.stretches.last_mut() {
+                Some(last) if last.end + 2 * reach == run.site && shifts(last.run) == shifts(number) => last.end = end,
+                _ => self.stretches.push(Stretch { run: number, site: run.site, end }),
+            }
+        }
     }
 
     /// The site at a place, if there is one: at every active cell and wherever one can have a neighbour.
@@ -167,6 +195,11 @@ impl Lattice {
         &self.offsets
     }
 
+    /// The number of the offset to a place.
+    pub(super) fn offset_to(&self, to: Place) -> Option<usize> {
+        self.offsets.iter().position(|offset| offset.to == to)
+    }
+
     /// From a cell of a run to its neighbours at `offset` and at the opposite of it (sites).
     pub(super) fn shift(&self, run: usize, offset: &Offset) -> [isize; 2] {
         let [above, below] = self.shifts[run * self.num_lines + offset.line];
@@ -179,18 +212,41 @@ impl Lattice {
         run.slot + (site - run.site).min(run.len - 1)
     }
 
+    /// The site of a cell.
+    pub(super) fn site_of(&self, slot: usize) -> usize {
+        let run = &self.runs[self.runs.partition_point(|run| run.slot <= slot).saturating_sub(1)];
+        run.site + (slot - run.slot).min(run.len - 1)
+    }
+
     /// Values by site from values by cell.
-    pub(super) fn spread<T: Copy>(&self, by_cell: &[T], by_site: &mut [T]) {
-        for run in &self.runs {
-            by_site[run.site..][..run.len].copy_from_slice(&by_cell[run.slot..][..run.len]);
-        }
+    pub(super) fn spread<T: Copy + Send + Sync>(&self, by_cell: &[T], by_site: &mut [T]) {
+        let work = |(piece, sites): (&mut [T], Range<usize>)| {
+            self.visit_runs(&sites, |number, from, len| {
+                let run = &self.runs[number];
+                let values = &by_cell[run.slot + from - run.site..][..len];
+                piece[from - sites.start..][..len].copy_from_slice(values);
+            });
+        };
+        parallel::for_each((by_site, 0..self.num_sites), GRAIN, &work);
     }
 
     /// Values by cell from values by site.
-    pub(super) fn gather<T: Copy>(&self, by_site: &[T], by_cell: &mut [T]) {
-        for run in &self.runs {
-            by_cell[run.slot..][..run.len].copy_from_slice(&by_site[run.site..][..run.len]);
-        }
+    pub(super) fn gather<T: Copy + Send + Sync>(&self, by_site: &[T], by_cell: &mut [T]) {
+        let work = |(mut piece, cells): (&mut [T], Range<usize>)| {
+            let first = self.runs.partition_point(|run| run.slot + run.len <= cells.start);
+            let mut slot = cells.start;
+            for run in &self.runs[first..] {
+                if slot == cells.end {
+                    break;
+                }
+                let within = slot - run.slot;
+                let len = (run.len - within).min(cells.end - slot);
+                let (values, rest) = piece.split_at_mut(len);
+                values.copy_from_slice(&by_site[run.site + within..][..len]);
+                (piece, slot) = (rest, slot + len);
+            }
+        };
+        parallel::for_each((by_cell, 0..self.num_cells()), GRAIN, &work);
     }
 
     /// The place of every site.
@@ -199,6 +255,20 @@ impl Lattice {
             for (site, x) in (segment.site..).zip(segment.from..segment.to) {
                 visit(site, [x, segment.y, segment.z]);
             }
+        }
+    }
+
+    /// Calls `visit(number of a run, first site, how many)` for stretches of sites that hold all cells among `sites`, and margins between
+    /// cells: the neighbours of all sites of a stretch are as far away as those of the run.
+    #[inline(always)]
+    pub(super) fn visit_stretches(&self, sites: &Range<usize>, mut visit: impl FnMut(usize, usize, usize)) {
+        let first = self.stretches.partition_point(|stretch| stretch.end <= sites.start);
+        for stretch in &self.stretches[first..] {
+            let (from, to) = (stretch.site.max(sites.start), stretch.end.min(sites.end));
+            if from >= to {
+                break;
+            }
+            visit(stretch.run, from, to - from);
         }
     }
 

@@ -2,6 +2,8 @@
 
 use std::ops::Range;
 
+use super::coarsest::Coarsest;
+use super::envelope::BadPivot;
 use super::lattice::Lattice;
 use super::passage::Passage;
 use super::stencil_matrix::{GRAIN, StencilMatrix};
@@ -9,6 +11,9 @@ use crate::parallel;
 
 /// Edge of the first blocks, in cells, and of the blocks of blocks.
 const FACTORS: [i32; 2] = [4, 2];
+
+/// So many blocks are solved for directly: small levels cost more in calls than in numbers.
+pub(super) const MOST_DIRECT: usize = 64;
 
 /// The smoother damps the part of the spectrum above 1/this of its largest eigenvalue, on the grid and between blocks: what blocks of
 /// these edges cannot represent. By experiment; 6 to 20 differ by an iteration.
@@ -41,8 +46,8 @@ pub(super) struct Multigrid {
     lattices: Vec<Lattice>,
     passages: Vec<Passage>,
     grid: Level,
-    blocks: Vec<Vec<Level>>,
-    row_sums: Vec<f64>,
+    /// The levels of blocks for each pattern, and the factor of the last one.
+    blocks: Vec<(Vec<Level>, Coarsest)>,
 }
 
 /// The matrix of one level, scaled, and work arrays.
@@ -70,15 +75,14 @@ pub(super) struct BadDiagonal {
 }
 
 impl Multigrid {
-    /// Makes the levels for a lattice.
-    pub(super) fn rebuild(&mut self, dimension: usize, lattice: &Lattice) {
+    /// Makes the levels for a lattice. Blocks are coarsened until there are at most `most_direct`, at least one.
+    pub(super) fn rebuild(&mut self, dimension: usize, most_direct: usize, lattice: &Lattice) {
         self.dimension = dimension;
         self.grid.resize(lattice);
-        self.row_sums.resize(lattice.num_sites(), 0.0);
         let mut depth = 0;
         loop {
             let fine = if depth == 0 { lattice } else { &self.lattices[depth - 1] };
-            if fine.num_cells() <= 1 {
+            if fine.num_cells() <= if depth == 0 { 1 } else { most_direct } {
                 break;
             }
             if self.passages.len() == depth {
@@ -88,16 +92,21 @@ impl Multigrid {
             let factor = FACTORS[depth.min(1)];
             let (finer, coarser) = self.lattices.split_at_mut(depth);
             let fine = finer.last().unwrap_or(lattice);
-            self.passages[depth].rebuild(dimension, factor, fine, &mut coarser[0]);
+            let num_patterns = if depth == 0 { PATTERNS[dimension - 1].len() } else { 1 };
+            self.passages[depth].rebuild(dimension, factor, num_patterns, fine, &mut coarser[0]);
             depth += 1;
         }
         self.passages.truncate(depth);
         self.lattices.truncate(depth);
-        self.blocks.resize_with(PATTERNS[dimension - 1].len(), Vec::new);
-        for levels in &mut self.blocks {
+        self.blocks.resize_with(PATTERNS[dimension - 1].len(), Default::default);
+        for (levels, coarsest) in &mut self.blocks {
             levels.resize_with(depth, Level::default);
             for (level, lattice) in levels.iter_mut().zip(&self.lattices) {
                 level.resize(lattice);
+                level.matrix.resize(lattice);
+            }
+            if let Some(lattice) = self.lattices.last() {
+                coarsest.rebuild(lattice);
             }
         }
     }
@@ -108,42 +117,23 @@ impl Multigrid {
     /// The first diagonal entry that is not positive.
     pub(super) fn measure(&mut self, lattice: &Lattice, matrix: &StencilMatrix<f64>) -> Result<(), BadDiagonal> {
         self.grid.find_roots(lattice, matrix)?;
-        let patterns = PATTERNS[self.dimension - 1];
-        let bound = self.coarsen_grid(lattice, matrix, patterns);
+        let bound = match (self.passages.first_mut(), self.lattices.first()) {
+            (Some(passage), Some(coarse)) => {
+                let blocks = self.blocks.iter_mut().map(|(levels, _)| &mut levels[0].matrix);
+                passage.coarsen(lattice, matrix, PATTERNS[self.dimension - 1], coarse, blocks)
+            }
+            // A single cell.
+            _ => 1.0,
+        };
         self.grid.scale(lattice, matrix, bound, SMOOTHED_RANGE[0]);
-        for levels in &mut self.blocks {
-            for depth in 0..levels.len() {
-                let (finer, coarser) = levels.split_at_mut(depth + 1);
-                let (level, lattice) = (&mut finer[depth], &self.lattices[depth]);
-                let matrix = std::mem::take(&mut level.matrix);
-                let row_sums = &mut self.row_sums[..lattice.num_sites()];
-                level.find_roots(lattice, &matrix)?;
-                let bound = sum_rows(lattice, &matrix, 0, row_sums);
-                if let Some(coarser) = coarser.first_mut() {
-                    let coarse = &self.lattices[depth + 1];
-                    coarser.matrix.resize(coarse);
-                    self.passages[depth + 1].coarsen(lattice, &matrix, row_sums, 0, coarse, &mut coarser.matrix);
-                }
-                level.scale(lattice, &matrix, bound, SMOOTHED_RANGE[1]);
-                level.matrix = matrix;
+        for (levels, coarsest) in &mut self.blocks {
+            measure_blocks(&self.lattices, &mut self.passages, levels)?;
+            if let (Some(lattice), Some(level)) = (self.lattices.last(), levels.last()) {
+                let outcome = coarsest.measure(lattice, &level.matrix);
+                outcome.map_err(|BadPivot { row, pivot }| BadDiagonal { site: lattice.site_of(row), value: pivot })?;
             }
         }
         Ok(())
-    }
-
-    /// The matrices of the first blocks for every pattern; returns the bound of Gershgorin.
-    fn coarsen_grid(&mut self, lattice: &Lattice, matrix: &StencilMatrix<f64>, patterns: &[u8]) -> f64 {
-        let mut bound = 0.0;
-        for (&pattern, levels) in patterns.iter().zip(&mut self.blocks) {
-            bound = sum_rows(lattice, matrix, pattern, &mut self.row_sums);
-            if let (Some(level), Some(coarse), Some(passage)) =
-                (levels.first_mut(), self.lattices.first(), self.passages.first_mut())
-            {
-                level.matrix.resize(coarse);
-                passage.coarsen(lattice, matrix, &self.row_sums, pattern, coarse, &mut level.matrix);
-            }
-        }
-        bound
     }
 
     /// The residual, to be set before [`Multigrid::cycle`]: r/√A_ii by site.
@@ -163,7 +153,7 @@ impl Multigrid {
             self.grid.find_residual(lattice);
             let patterns = PATTERNS[self.dimension - 1];
             let mut rights: [&mut [f32]; 4] = Default::default();
-            for (right, levels) in rights.iter_mut().zip(&mut self.blocks) {
+            for (right, (levels, _)) in rights.iter_mut().zip(&mut self.blocks) {
                 *right = &mut levels[0].right;
             }
             passage.restrict(
@@ -174,13 +164,11 @@ impl Multigrid {
                 &mut rights[..patterns.len()],
             );
             let (lattices, passages) = (&self.lattices, &mut self.passages);
-            for levels in &mut self.blocks {
-                levels[0].scale_right();
-                cycle_blocks(lattices, &mut passages[1..], levels);
-                levels[0].unscale_solution();
+            for (levels, coarsest) in &mut self.blocks {
+                cycle_blocks(lattices, &mut passages[1..], levels, coarsest);
             }
             let mut solutions: [&mut [f32]; 4] = Default::default();
-            for (solution, levels) in solutions.iter_mut().zip(&mut self.blocks) {
+            for (solution, (levels, _)) in solutions.iter_mut().zip(&mut self.blocks) {
                 *solution = &mut levels[0].solution;
             }
             passages[0].prolong(
@@ -196,24 +184,38 @@ impl Multigrid {
     }
 }
 
+/// Fills the levels of a pattern behind the first, whose matrix is there, and scales all but the last.
+fn measure_blocks(lattices: &[Lattice], passages: &mut [Passage], levels: &mut [Level]) -> Result<(), BadDiagonal> {
+    for (depth, coarse) in lattices.iter().enumerate().skip(1) {
+        let (finer, coarser) = levels.split_at_mut(depth);
+        let (level, lattice) = (&mut finer[depth - 1], &lattices[depth - 1]);
+        let matrix = std::mem::take(&mut level.matrix);
+        level.find_roots(lattice, &matrix)?;
+        let blocks = std::iter::once(&mut coarser[0].matrix);
+        let bound = passages[depth].coarsen(lattice, &matrix, &[0], coarse, blocks);
+        level.scale(lattice, &matrix, bound, SMOOTHED_RANGE[1]);
+        level.matrix = matrix;
+    }
+    Ok(())
+}
+
 /// The cycle of the first of these levels, from zero.
-fn cycle_blocks(lattices: &[Lattice], passages: &mut [Passage], levels: &mut [Level]) {
+fn cycle_blocks(lattices: &[Lattice], passages: &mut [Passage], levels: &mut [Level], coarsest: &mut Coarsest) {
     let Some((level, coarser)) = levels.split_first_mut() else { return };
     let Some((lattice, lattices)) = lattices.split_first() else { return };
     let (Some((passage, passages)), Some(_)) = (passages.split_first_mut(), coarser.first()) else {
-        // A single block: the scaled matrix is 1.
-        level.solution.copy_from_slice(&level.right);
+        coarsest.solve(lattice, &level.right, &mut level.solution);
         return;
     };
+    level.scale_right();
     level.smooth_from_zero(lattice);
     level.find_residual(lattice);
     passage.restrict(lattice.runs(), &[0], &level.residual, &level.root, &mut [&mut coarser[0].right]);
-    coarser[0].scale_right();
-    cycle_blocks(lattices, passages, coarser);
-    coarser[0].unscale_solution();
+    cycle_blocks(lattices, passages, coarser, coarsest);
     passage.prolong(lattice.runs(), &[0], &mut [&mut coarser[0].solution], &level.root, &mut level.solution);
     level.find_residual(lattice);
     level.smooth(lattice);
+    level.unscale_solution();
 }
 
 /// The coefficients of the polynomial S for which 1 − λ S(λ) is Chebyshev's of third degree on `least..=largest`: smallest there of all that
@@ -233,13 +235,6 @@ fn chebyshev(least: f64, largest: f64) -> [f64; 3] {
 fn multiply(matrix: &StencilMatrix<f32>, lattice: &Lattice, x: &[f32], product: &mut [f32]) {
     let work = |(product, sites): (&mut [f32], Range<usize>)| matrix.multiply(lattice, sites, x, product);
     parallel::for_each((product, 0..x.len()), GRAIN, &work);
-}
-
-/// [`StencilMatrix::sum_rows`] of all rows.
-fn sum_rows(lattice: &Lattice, matrix: &StencilMatrix<f64>, pattern: u8, sums: &mut [f64]) -> f64 {
-    let sites = 0..sums.len();
-    let work = |(sums, sites): (&mut [f64], Range<usize>)| matrix.sum_rows(lattice, sites, pattern, sums);
-    parallel::fold((sums, sites), GRAIN, &work, &f64::max)
 }
 
 impl Level {
@@ -264,14 +259,16 @@ impl Level {
         let work = |(root, inverse, sites): (&mut [f32], &mut [f32], Range<usize>)| {
             let mut bad = None;
             lattice.visit_runs(&sites, |_, from, len| {
-                for site in from..from + len {
-                    let value = matrix.diagonal()[site];
-                    if value <= 0.0 || value.is_nan() {
-                        bad = bad.or(Some(BadDiagonal { site, value }));
+                let values = &matrix.diagonal()[from..][..len];
+                let is_bad = |value: &f64| *value <= 0.0 || value.is_nan();
+                let number = values.iter().position(is_bad);
+                bad = bad.or(number.map(|number| BadDiagonal { site: from + number, value: values[number] }));
+                let roots = root[from - sites.start..][..len].iter_mut().zip(&mut inverse[from - sites.start..][..len]);
+                parallel::vectorized(|| {
+                    for ((root, inverse), &value) in roots.zip(values) {
+                        (*root, *inverse) = (value.sqrt() as f32, (1.0 / value.sqrt()) as f32);
                     }
-                    (root[site - sites.start], inverse[site - sites.start]) =
-                        (value.sqrt() as f32, (1.0 / value.sqrt()) as f32);
-                }
+                });
             });
             bad
         };
@@ -289,13 +286,15 @@ impl Level {
         for (number, (scaled, offset)) in scaled.iter_mut().zip(lattice.offsets()).enumerate() {
             let entries = matrix.upper(number);
             let work = |(scaled, sites): (&mut [f32], Range<usize>)| {
-                lattice.visit_runs(&sites, |run, from, len| {
+                lattice.visit_stretches(&sites, |run, from, len| {
                     let neighbor = from.wrapping_add_signed(lattice.shift(run, offset)[0]);
                     let scaled = &mut scaled[from - sites.start..][..len];
                     let roots = inverse[from..][..len].iter().zip(&inverse[neighbor..][..len]);
-                    for ((scaled, &entry), (a, b)) in scaled.iter_mut().zip(&entries[from..][..len]).zip(roots) {
-                        *scaled = (entry * (f64::from(*a) * f64::from(*b))) as f32;
-                    }
+                    parallel::vectorized(|| {
+                        for ((scaled, &entry), (a, b)) in scaled.iter_mut().zip(&entries[from..][..len]).zip(roots) {
+                            *scaled = (entry * (f64::from(*a) * f64::from(*b))) as f32;
+                        }
+                    });
                 });
             };
             parallel::for_each((&mut scaled[..], 0..lattice.num_sites()), GRAIN, &work);
@@ -309,9 +308,11 @@ impl Level {
         multiply(scaled, lattice, right, product);
         let work = |(solution, sites): (&mut [f32], Range<usize>)| {
             scaled.multiply(lattice, sites.clone(), product, solution);
-            for ((x, b), product) in solution.iter_mut().zip(&right[sites.clone()]).zip(&product[sites]) {
-                *x = *c0 * b + *c1 * product + *c2 * *x;
-            }
+            parallel::vectorized(|| {
+                for ((x, b), product) in solution.iter_mut().zip(&right[sites.clone()]).zip(&product[sites]) {
+                    *x = *c0 * b + *c1 * product + *c2 * *x;
+                }
+            });
         };
         parallel::for_each((&mut solution[..], 0..right.len()), GRAIN, &work);
     }
@@ -321,9 +322,7 @@ impl Level {
         let Level { scaled, right, residual, solution, .. } = self;
         let work = |(residual, sites): (&mut [f32], Range<usize>)| {
             scaled.multiply(lattice, sites.clone(), solution, residual);
-            for (r, b) in residual.iter_mut().zip(&right[sites]) {
-                *r = b - *r;
-            }
+            parallel::vectorized(|| residual.iter_mut().zip(&right[sites]).for_each(|(r, b)| *r = b - *r));
         };
         parallel::for_each((&mut residual[..], 0..right.len()), GRAIN, &work);
     }
@@ -334,10 +333,12 @@ impl Level {
         multiply(scaled, lattice, residual, product);
         let work = |(square, solution, sites): (&mut [f32], &mut [f32], Range<usize>)| {
             scaled.multiply(lattice, sites.clone(), product, square);
-            let products = product[sites.clone()].iter().zip(square);
-            for ((x, r), (product, square)) in solution.iter_mut().zip(&residual[sites]).zip(products) {
-                *x += *c0 * r + *c1 * product + *c2 * *square;
-            }
+            parallel::vectorized(|| {
+                let products = product[sites.clone()].iter().zip(square);
+                for ((x, r), (product, square)) in solution.iter_mut().zip(&residual[sites]).zip(products) {
+                    *x += *c0 * r + *c1 * product + *c2 * *square;
+                }
+            });
         };
         parallel::for_each((&mut right[..], &mut solution[..], 0..residual.len()), GRAIN, &work);
     }

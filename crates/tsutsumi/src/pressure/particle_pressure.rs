@@ -1,7 +1,11 @@
 use super::StepView;
 use crate::grid::{CellFields, Side};
+use crate::parallel;
 use crate::particles::Particles;
 use crate::tensor::Vector;
+
+/// Particles in a piece of a loop.
+const GRAIN: usize = 16_384;
 
 /// How a cell's pressure comes back to its particles (step 11), who take it along when they change cells.
 ///
@@ -21,9 +25,12 @@ pub struct CellPressure;
 
 impl<const D: usize> ParticlePressure<D> for CellPressure {
     fn cells_to_particles(&mut self, _at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>) {
-        for (pressure, &cell) in particles.pressure.iter_mut().zip(&particles.cell) {
-            *pressure = cells.pressure[cell as usize];
-        }
+        let work = |(pressures, of): (&mut [f64], &[u32])| {
+            for (pressure, &cell) in pressures.iter_mut().zip(of) {
+                *pressure = cells.pressure[cell as usize];
+            }
+        };
+        parallel::for_each((&mut particles.pressure[..], &particles.cell[..]), GRAIN, &work);
     }
 }
 
@@ -45,9 +52,12 @@ pub struct PressureIncrement;
 
 impl<const D: usize> ParticlePressure<D> for PressureIncrement {
     fn cells_to_particles(&mut self, _at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>) {
-        for (pressure, &cell) in particles.pressure.iter_mut().zip(&particles.cell) {
-            *pressure += cells.pressure[cell as usize] - cells.pressure_old[cell as usize];
-        }
+        let work = |(pressures, of): (&mut [f64], &[u32])| {
+            for (pressure, &cell) in pressures.iter_mut().zip(of) {
+                *pressure += cells.pressure[cell as usize] - cells.pressure_old[cell as usize];
+            }
+        };
+        parallel::for_each((&mut particles.pressure[..], &particles.cell[..]), GRAIN, &work);
     }
 }
 
@@ -67,48 +77,44 @@ impl<const D: usize> ParticlePressure<D> for PressureIncrement {
 /// After the pressure mapping with gradients (TPIC) of Juel et al. (2026), CMAME 461, 119140, known from notes, not read.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct PressureGradient<const D: usize> {
-    /// Centroid (m) and volume (m³) of the particles of every cell of the grid.
+    /// Centroid of the particles of every cell of the grid (m).
     centroid: Vec<Vector<D>>,
-    volume: Vec<f64>,
     /// ∇p of every cell (Pa/m).
     gradient: Vec<Vector<D>>,
 }
 
 impl<const D: usize> PressureGradient<D> {
+    /// Centroids of the particles of every active cell.
     fn find_centroids(&mut self, at: &StepView<D>, particles: &Particles<D>) {
         let num_cells = at.grid.num_cells();
         self.centroid.resize(num_cells, Vector::zeros());
         self.gradient.resize(num_cells, Vector::zeros());
-        self.volume.resize(num_cells, 0.0);
-        for &cell in at.active.cells() {
-            self.centroid[cell as usize] = Vector::zeros();
-            self.volume[cell as usize] = 0.0;
-        }
-        for p in 0..particles.len() {
-            let cell = particles.cell[p] as usize;
-            self.centroid[cell] += particles.position[p] * particles.volume[p];
-            self.volume[cell] += particles.volume[p];
-        }
-        for &cell in at.active.cells() {
-            self.centroid[cell as usize] /= self.volume[cell as usize];
-        }
+        at.active.change_cells(&mut self.centroid, |slot, _, centroid| {
+            let (mut moment, mut volume) = (Vector::zeros(), 0.0);
+            for &p in at.active.particles_of(slot) {
+                moment += particles.position[p as usize] * particles.volume[p as usize];
+                volume += particles.volume[p as usize];
+            }
+            *centroid = moment / volume;
+        });
     }
 
     /// Between the neighbours along each axis; a side without one is the cell itself.
     fn find_gradients(&mut self, at: &StepView<D>, pressure: &[f64]) {
-        for &cell in at.active.cells() {
-            let cell = cell as usize;
+        let PressureGradient { centroid, gradient } = self;
+        at.active.change_cells(gradient, |slot, _, gradient| {
+            let cell = at.active.cells()[slot] as usize;
             for axis in 0..D {
                 let neighbor = |upper| {
                     let found = at.grid.neighbor(cell, Side { axis, upper });
                     found.filter(|&other| at.active.slot(other).is_some()).unwrap_or(cell)
                 };
                 let (lower, upper) = (neighbor(false), neighbor(true));
-                let distance = self.centroid[upper][axis] - self.centroid[lower][axis];
+                let distance = centroid[upper][axis] - centroid[lower][axis];
                 let rise = pressure[upper] - pressure[lower];
-                self.gradient[cell][axis] = if distance > 0.0 { rise / distance } else { 0.0 };
+                gradient[axis] = if distance > 0.0 { rise / distance } else { 0.0 };
             }
-        }
+        });
     }
 }
 
@@ -116,10 +122,13 @@ impl<const D: usize> ParticlePressure<D> for PressureGradient<D> {
     fn cells_to_particles(&mut self, at: &StepView<D>, cells: &CellFields, particles: &mut Particles<D>) {
         self.find_centroids(at, particles);
         self.find_gradients(at, &cells.pressure);
-        for p in 0..particles.len() {
-            let cell = particles.cell[p] as usize;
-            let arm = particles.position[p] - self.centroid[cell];
-            particles.pressure[p] = cells.pressure[cell] + self.gradient[cell].dot(&arm);
-        }
+        let Particles { pressure, position, cell, .. } = particles;
+        let work = |(pressures, of, positions): (&mut [f64], &[u32], &[Vector<D>])| {
+            for ((pressure, &cell), position) in pressures.iter_mut().zip(of).zip(positions) {
+                let cell = cell as usize;
+                *pressure = cells.pressure[cell] + self.gradient[cell].dot(&(position - self.centroid[cell]));
+            }
+        };
+        parallel::for_each((&mut pressure[..], &cell[..], &position[..]), GRAIN, &work);
     }
 }

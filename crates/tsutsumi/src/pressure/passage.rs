@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::lattice::{Lattice, Parts, Place, Run};
-use super::stencil_matrix::{GRAIN, StencilMatrix};
+use super::stencil_matrix::{GRAIN, STRIP, StencilMatrix};
 use crate::parallel;
 
 /// Blocks of `factor` cells per axis, each a cell of the coarser lattice, and the interpolation between the two.
@@ -24,7 +24,9 @@ pub(super) struct Passage {
     margin: Vec<MarginSite>,
     margin_neighbors: Vec<u32>,
     rows: Vec<f32>,
-    sums: Vec<BlockSums>,
+    /// What the cells of every block sum up to, see [`Sources`], and where the sums of each slab start.
+    sums: Vec<f64>,
+    sum_bounds: Vec<usize>,
     /// Work arrays: the blocks, z first, and the coarse sites with cells.
     blocks: Vec<[i32; 3]>,
     has_cells: Vec<bool>,
@@ -57,18 +59,16 @@ struct MarginSite {
     neighbors: (u32, u32),
 }
 
-/// What the cells of a block and those between it and its neighbours sum up to.
-#[derive(Debug, Clone, Copy, Default)]
-struct BlockSums {
-    mass: f64,
-    diagonal: f64,
-    /// By the number of the coarse offset.
-    edges: [f64; 13],
-}
-
 impl Passage {
-    /// Finds the blocks of `fine`, makes `coarse` the lattice of them.
-    pub(super) fn rebuild(&mut self, dimension: usize, factor: i32, fine: &Lattice, coarse: &mut Lattice) {
+    /// Finds the blocks of `fine`, makes `coarse` the lattice of them, and room for the sums of so many patterns.
+    pub(super) fn rebuild(
+        &mut self,
+        dimension: usize,
+        factor: i32,
+        num_patterns: usize,
+        fine: &Lattice,
+        coarse: &mut Lattice,
+    ) {
         (self.dimension, self.factor) = (dimension, factor);
         let mut blocks = std::mem::take(&mut self.blocks);
         blocks.clear();
@@ -86,8 +86,11 @@ impl Passage {
         self.list_margin(coarse);
         self.rows.clear();
         self.rows.resize(self.row_bounds.last().copied().unwrap_or(0), 0.0);
+        let per_block = num_patterns * sums_per_pattern(coarse);
         self.sums.clear();
-        self.sums.resize(coarse.num_sites(), BlockSums::default());
+        self.sums.resize(coarse.num_sites() * per_block, 0.0);
+        self.sum_bounds.clear();
+        self.sum_bounds.extend(self.slab_bounds.iter().map(|site| site * per_block));
     }
 
     /// The block of a place along an axis, the next nearest one, and the weight of that.
@@ -312,30 +315,42 @@ impl Passage {
     /// # Reference
     ///
     /// The factor: D. Braess (1995), Computing 55, 379–393, known from later texts.
-    pub(super) fn coarsen(
+    ///
+    /// `blocks` gets one matrix for each pattern. Returns the bound of Gershgorin on the eigenvalues of D⁻¹ A.
+    pub(super) fn coarsen<'a>(
         &mut self,
         fine: &Lattice,
         matrix: &StencilMatrix<f64>,
-        row_sums: &[f64],
-        pattern: u8,
+        patterns: &[u8],
         coarse: &Lattice,
-        blocks: &mut StencilMatrix<f64>,
-    ) {
+        blocks: impl Iterator<Item = &'a mut StencilMatrix<f64>>,
+    ) -> f64 {
         let grain = self.slab_grain();
-        let sources = Sources { fine, matrix, row_sums, pattern, factor: self.factor, coarse };
-        let Passage { slabs, slab_bounds, sums, .. } = self;
-        let work = |(sums, numbers): (Parts<BlockSums>, Range<usize>)| {
+        let sources = Sources { fine, matrix, patterns, factor: self.factor, coarse, stride: sums_per_pattern(coarse) };
+        let Passage { slabs, slab_bounds, sums, sum_bounds, .. } = self;
+        let work = |(sums, numbers): (Parts<f64>, Range<usize>)| {
+            let (mut bound, mut rows) = (0.0_f64, [0.0; STRIP]);
             for (number, sums) in numbers.zip(sums.each()) {
                 let (slab, start) = (&slabs[number], slab_bounds[number]);
-                sums.fill(BlockSums::default());
+                sums.fill(0.0);
                 for run in slab.own.0 as usize..slab.own.1 as usize {
-                    sources.sum_run(run, start, sums);
+                    bound = bound.max(sources.sum_rows(run, start, sums, &mut rows));
+                    sources.sum_edges(run, start, sums);
                 }
             }
+            bound
         };
-        parallel::for_each((Parts::new(slab_bounds, &mut sums[..]), 0..slabs.len()), grain, &work);
-        fill_coarse(coarse, sums, blocks);
+        let bound = parallel::fold((Parts::new(sum_bounds, &mut sums[..]), 0..slabs.len()), grain, &work, &f64::max);
+        for (number, blocks) in blocks.enumerate() {
+            fill_coarse(coarse, sums, patterns.len() * sources.stride, number * sources.stride, blocks);
+        }
+        bound
     }
+}
+
+/// Sums of a block for one pattern: that of its rows, that of its diagonal, and the pull of the neighbour at each offset.
+fn sums_per_pattern(coarse: &Lattice) -> usize {
+    2 + coarse.offsets().len()
 }
 
 /// The signs of a pattern on a run: at even and at odd x.
@@ -374,40 +389,63 @@ fn outer_weight<const F: usize>(within: usize) -> f32 {
     ((within as f32 + 0.5) / F as f32 - 0.5).abs()
 }
 
-/// Calls `visit(block's place in the row, number within the block, cell's place in the run)` for the cells of a run. With the numbers
-/// within whole blocks known at compile time, those turn into straight code.
-#[inline(always)]
-fn visit_cells<const F: usize>(run: &Run, first: i32, mut visit: impl FnMut(usize, usize, usize)) {
-    let mut within = run.place[0].rem_euclid(F as i32) as usize;
-    let mut block = (run.place[0].div_euclid(F as i32) - first) as usize;
-    let mut cell = 0;
-    while cell < run.len {
-        if within == 0 && cell + F <= run.len {
-            for number in 0..F {
-                visit(block, number, cell + number);
-            }
-            cell += F;
-        } else {
-            visit(block, within, cell);
-            (cell, within) = (cell + 1, within + 1);
-            if within < F {
-                continue;
-            }
-            within = 0;
-        }
-        block += 1;
+/// The blocks along a run: that of its first cell and the number of that cell within it, and how many cells stand before the first whole
+/// block and in whole blocks.
+struct Whole {
+    block: usize,
+    within: usize,
+    before: usize,
+    cells: usize,
+}
+
+impl Whole {
+    #[inline(always)]
+    fn new<const F: usize>(run: &Run, first: i32) -> Self {
+        let within = run.place[0].rem_euclid(F as i32) as usize;
+        let block = (run.place[0].div_euclid(F as i32) - first) as usize;
+        let before = ((F - within) % F).min(run.len);
+        Whole { block, within, before, cells: (run.len - before) / F * F }
+    }
+
+    /// The first whole block.
+    fn first(&self) -> usize {
+        self.block + usize::from(self.within > 0)
     }
 }
 
 /// Adds the interpolated values to a run's cells.
 #[inline(always)]
 fn expand<const F: usize>(run: &Run, first: i32, even: &[f32], odd: &[f32], scale: &[f32], fine: &mut [f32]) {
-    visit_cells::<F>(run, first, |block, within, cell| {
-        let row = if within % 2 == 0 { even } else { odd };
-        let outer = outer_weight::<F>(within);
-        let neighbor = if within < F / 2 { block - 1 } else { block + 1 };
-        fine[cell] += scale[cell] * ((1.0 - outer) * row[block] + outer * row[neighbor]);
-    });
+    let whole = Whole::new::<F>(run, first);
+    let mut add = |block: usize, within: usize, cell: usize| {
+        fine[cell] += scale[cell] * between::<F>(within, &even[block - 1..][..3], &odd[block - 1..][..3]);
+    };
+    for cell in 0..whole.before {
+        add(whole.block, whole.within + cell, cell);
+    }
+    let (block, num_blocks) = (whole.first(), whole.cells / F);
+    for cell in whole.before + whole.cells..run.len {
+        add(block + num_blocks, cell - whole.before - whole.cells, cell);
+    }
+    if num_blocks == 0 {
+        return;
+    }
+    let cells = fine[whole.before..].chunks_exact_mut(F).zip(scale[whole.before..].chunks_exact(F));
+    let rows = even[block - 1..][..num_blocks + 2].windows(3).zip(odd[block - 1..][..num_blocks + 2].windows(3));
+    for ((fine, scale), (even, odd)) in cells.zip(rows) {
+        for within in 0..F {
+            fine[within] += scale[within] * between::<F>(within, even, odd);
+        }
+    }
+}
+
+/// The value of the cell with this number within its block, from those of the block before, its own and the next one.
+#[inline(always)]
+fn between<const F: usize>(within: usize, even: &[f32], odd: &[f32]) -> f32 {
+    let row = if within.is_multiple_of(2) { even } else { odd };
+    let outer = outer_weight::<F>(within);
+    let neighbor = if within < F / 2 { row[0] } else { row[2] };
+    (1.0 - outer) * row[1] + outer * neighbor
 }
 
 /// The transpose of [`expand`].
@@ -415,96 +453,199 @@ fn expand<const F: usize>(run: &Run, first: i32, even: &[f32], odd: &[f32], scal
 fn collect<const F: usize>(run: &Run, first: i32, fine: &[f32], scale: &[f32], even: &mut [f32], odd: &mut [f32]) {
     even.fill(0.0);
     odd.fill(0.0);
-    visit_cells::<F>(run, first, |block, within, cell| {
-        let row = if within % 2 == 0 { &mut *even } else { &mut *odd };
-        let outer = outer_weight::<F>(within);
-        let neighbor = if within < F / 2 { block - 1 } else { block + 1 };
-        let value = scale[cell] * fine[cell];
-        row[block] += (1.0 - outer) * value;
-        row[neighbor] += outer * value;
-    });
+    let whole = Whole::new::<F>(run, first);
+    let mut add = |block: usize, within: usize, cell: usize| {
+        share::<F>(within, scale[cell] * fine[cell], &mut even[block - 1..][..3], &mut odd[block - 1..][..3]);
+    };
+    for cell in 0..whole.before {
+        add(whole.block, whole.within + cell, cell);
+    }
+    let (block, num_blocks) = (whole.first(), whole.cells / F);
+    for cell in whole.before + whole.cells..run.len {
+        add(block + num_blocks, cell - whole.before - whole.cells, cell);
+    }
+    let cells = fine[whole.before..].chunks_exact(F).zip(scale[whole.before..].chunks_exact(F));
+    for (number, (fine, scale)) in cells.take(num_blocks).enumerate() {
+        let values: [f32; F] = std::array::from_fn(|within| scale[within] * fine[within]);
+        // In registers: the rows of one block after the other overlap.
+        let (mut even_sums, mut odd_sums) = ([0.0; 3], [0.0; 3]);
+        for (within, &value) in values.iter().enumerate() {
+            share::<F>(within, value, &mut even_sums, &mut odd_sums);
+        }
+        let first = block + number - 1;
+        even[first..][..3].iter_mut().zip(even_sums).for_each(|(sum, value)| *sum += value);
+        odd[first..][..3].iter_mut().zip(odd_sums).for_each(|(sum, value)| *sum += value);
+    }
+}
+
+/// The transpose of [`between`].
+#[inline(always)]
+fn share<const F: usize>(within: usize, value: f32, even: &mut [f32], odd: &mut [f32]) {
+    let row = if within.is_multiple_of(2) { even } else { odd };
+    let outer = outer_weight::<F>(within);
+    row[1] += (1.0 - outer) * value;
+    row[if within < F / 2 { 0 } else { 2 }] += outer * value;
 }
 
 /// What the entries of the blocks' matrix are summed from.
+///
+/// The sums stand block by block, and for each pattern: the row sums, the diagonal (with the first pattern only), and the pull towards the neighbour at each offset of the
+/// coarser lattice.
 #[derive(Clone, Copy)]
 struct Sources<'a> {
     fine: &'a Lattice,
     matrix: &'a StencilMatrix<f64>,
-    row_sums: &'a [f64],
-    pattern: u8,
+    patterns: &'a [u8],
     factor: i32,
     coarse: &'a Lattice,
+    /// Sums of a block for one pattern.
+    stride: usize,
 }
 
 impl Sources<'_> {
-    /// Adds what the cells of a run give to their blocks; `sums` starts at the coarse site `start`.
-    fn sum_run(&self, number: usize, start: usize, sums: &mut [BlockSums]) {
+    /// Sums of a block.
+    fn per_block(&self) -> usize {
+        self.patterns.len() * self.stride
+    }
+
+    /// Adds the row sums and the diagonal of a run's cells to their blocks; `sums` starts at the coarse site `start`. `rows` is a work
+    /// array. Returns the bound of Gershgorin over these rows.
+    fn sum_rows(&self, number: usize, start: usize, sums: &mut [f64], rows: &mut [f64; STRIP]) -> f64 {
+        let Run { place: [x, y, z], len, site, .. } = self.fine.runs()[number];
+        let [first, line_y, line_z] = [x, y, z].map(|place| place.div_euclid(self.factor));
+        let own = self.coarse.site([first, line_y, line_z]).unwrap_or(start) - start;
+        let (end, mut from, mut bound) = (x + len as i32, x, 0.0_f64);
+        while from < end {
+            let block = from.div_euclid(self.factor);
+            let to = end.min(block * self.factor + STRIP as i32);
+            let sites = site + (from - x) as usize..site + (to - x) as usize;
+            let of_strip = &mut sums[(own + (block - first) as usize) * self.per_block()..];
+            let within = (from - block * self.factor) as usize;
+            let pieces = self.patterns.iter().enumerate();
+            for (place, &pattern) in pieces.map(|(number, pattern)| (number * self.stride, pattern)) {
+                let rows = &mut rows[..sites.len()];
+                bound = bound.max(parallel::vectorized(|| {
+                    self.matrix.sum_rows(self.fine, number, sites.clone(), pattern, rows)
+                }));
+                self.add_blocks(within, rows, &mut of_strip[place..]);
+            }
+            self.add_blocks(within, &self.matrix.diagonal()[sites], &mut of_strip[1..]);
+            from = to;
+        }
+        bound
+    }
+
+    /// Adds the values of cells to the first of the sums of their blocks; the first cell has the number `within` in its block.
+    #[inline(always)]
+    fn add_blocks(&self, within: usize, values: &[f64], sums: &mut [f64]) {
+        match self.factor {
+            4 => add_blocks::<4>(within, values, self.per_block(), sums),
+            _ => add_blocks::<2>(within, values, self.per_block(), sums),
+        }
+    }
+
+    /// Adds the entries between the cells of a run and those in other blocks.
+    fn sum_edges(&self, number: usize, start: usize, sums: &mut [f64]) {
         let Run { place: [x, y, z], len, site, .. } = self.fine.runs()[number];
         let [first, line_y, line_z] = [x, y, z].map(|place| place.div_euclid(self.factor));
         // The margin of the coarser lattice holds all lines beside the run's.
         let line = |to_y: i32, to_z: i32| self.coarse.site([first, line_y + to_y, line_z + to_z]).unwrap_or(start);
         let own = line(0, 0) - start;
-        let of_x = |from: i32, to: i32| site + (from - x) as usize..site + (to - x) as usize;
-        for (block, from, to) in self.blocks(x, len) {
-            sums[own + block].mass += self.row_sums[of_x(from, to)].iter().sum::<f64>();
-            sums[own + block].diagonal += self.matrix.diagonal()[of_x(from, to)].iter().sum::<f64>();
-        }
         for (entries, offset) in self.fine.offsets().iter().enumerate() {
             let [dx, dy, dz] = offset.to;
-            let entries = self.matrix.upper(entries);
-            let sign = if offset.flips(self.pattern) { 1.0 } else { -1.0 };
-            let weight = sign * f64::from(offset.distance()) / f64::from(self.factor);
+            let entries = &self.matrix.upper(entries)[site..][..len];
+            let weight = f64::from(offset.distance()) / f64::from(self.factor);
             let to_y = (y + dy).div_euclid(self.factor) - line_y;
             let to_z = (z + dz).div_euclid(self.factor) - line_z;
-            // A pair of blocks is kept by the lower of them: along x alone, or across, the neighbour may be that one.
-            let neighbors = [-1, 0, 1].map(|to_x| {
-                let number = to_x + 3 * to_y + 9 * to_z;
-                if number > 0 { (0, number as usize - 1) } else { (to_x as isize, (-number - 1).max(0) as usize) }
-            });
+            // Cells whose neighbour lies in a block further along x, and the others; those may be neighbours within the block.
+            let to_others = (to_y, to_z) != (0, 0);
+            if dx == 0 && !to_others {
+                continue;
+            }
             let below = if (to_z, to_y) < (0, 0) { line(to_y, to_z) - start } else { own };
-            for (block, from, to) in self.blocks(x, len) {
-                // The cells whose neighbour at this offset lies in the next block along x, and the others.
-                let edge = (first + block as i32) * self.factor;
-                let (across, within) = match dx > 0 {
-                    true => (from.max(edge + self.factor - dx).min(to)..to, from..to.min(edge + self.factor - dx)),
-                    false => (from..to.min(edge - dx), from.max(edge - dx).min(to)..to),
-                };
-                for (cells, to_x) in [(within, 0), (across, dx.signum())] {
-                    if cells.is_empty() || (to_x, to_y, to_z) == (0, 0, 0) {
-                        continue;
-                    }
-                    let (shift, edge) = neighbors[(to_x + 1) as usize];
-                    let sum: f64 = entries[of_x(cells.start, cells.end)].iter().sum();
-                    sums[(below + block).wrapping_add_signed(shift)].edges[edge] += weight * sum;
+            // A pair of blocks is kept by the lower of them: along x alone, or across, the neighbour may be that one.
+            let place = |to_x: i32| {
+                let number = to_x + 3 * to_y + 9 * to_z;
+                let (to_x, edge) = if number > 0 { (0, number) } else { (to_x as isize, -number) };
+                (below.wrapping_add_signed(to_x), 2 + (edge as usize).saturating_sub(1))
+            };
+            let signs: [f64; 4] = std::array::from_fn(|number| {
+                let flips = self.patterns.get(number).is_some_and(|&pattern| offset.flips(pattern));
+                if flips { weight } else { -weight }
+            });
+            let mut add = |(block, edge): (usize, usize), number: usize, cells: Range<usize>| {
+                if cells.is_empty() {
+                    return;
                 }
+                let sum: f64 = entries[cells].iter().sum();
+                let of_block = &mut sums[(block + number) * self.per_block()..][..self.per_block()];
+                for (of_pattern, sign) in of_block.chunks_exact_mut(self.stride).zip(signs) {
+                    of_pattern[edge] += sign * sum;
+                }
+            };
+            let (place_across, place_within) = (place(dx.signum()), place(0));
+            let mut block_end = (self.factor - x.rem_euclid(self.factor)) as usize;
+            let (mut number, mut from) = (0, 0);
+            while from < len {
+                let to = block_end.min(len);
+                let (across, within) = self.split(from..to, block_end, dx);
+                add(place_across, number, across);
+                if to_others {
+                    add(place_within, number, within);
+                }
+                (number, from, block_end) = (number + 1, to, block_end + self.factor as usize);
             }
         }
     }
 
-    /// The blocks along x of a run's cells: number from the first on, first x, x after the last.
-    fn blocks(&self, x: i32, len: usize) -> impl Iterator<Item = (usize, i32, i32)> {
-        let (end, factor) = (x + len as i32, self.factor);
-        let first = x.div_euclid(factor);
-        let last = (end - 1).div_euclid(factor);
-        (first..=last)
-            .map(move |block| ((block - first) as usize, x.max(block * factor), end.min((block + 1) * factor)))
+    /// The cells of a block, which ends at `block_end`, whose neighbours `dx` cells on lie in the next block, and the others.
+    fn split(&self, cells: Range<usize>, block_end: usize, dx: i32) -> (Range<usize>, Range<usize>) {
+        let Range { start, end } = cells;
+        let reach = dx.unsigned_abs() as usize;
+        if dx > 0 {
+            let edge = block_end.saturating_sub(reach).clamp(start, end);
+            (edge..end, start..edge)
+        } else {
+            let edge = (block_end + reach).saturating_sub(self.factor as usize).clamp(start, end);
+            (start..edge, edge..end)
+        }
     }
 }
 
-/// The matrix from the sums of the blocks.
-fn fill_coarse(coarse: &Lattice, sums: &[BlockSums], blocks: &mut StencilMatrix<f64>) {
+/// Adds the values of cells to the first of the `per_block` sums of each of their blocks; the first cell has the number `within` in its block.
+#[inline(always)]
+fn add_blocks<const F: usize>(within: usize, values: &[f64], per_block: usize, sums: &mut [f64]) {
+    let (before, values) = values.split_at(((F - within) % F).min(values.len()));
+    let mut place = 0;
+    if !before.is_empty() {
+        sums[0] += before.iter().sum::<f64>();
+        place = per_block;
+    }
+    let (blocks, after) = values.as_chunks::<F>();
+    for block in blocks {
+        sums[place] += block.iter().sum::<f64>();
+        place += per_block;
+    }
+    if !after.is_empty() {
+        sums[place] += after.iter().sum::<f64>();
+    }
+}
+
+/// The matrix from the sums of the blocks, of which there are `per_block` each; those for its pattern start with number `place`.
+fn fill_coarse(coarse: &Lattice, sums: &[f64], per_block: usize, place: usize, blocks: &mut StencilMatrix<f64>) {
     let (diagonal, upper) = blocks.entries_mut();
+    let pull = |site: usize, edge: usize| sums[site * per_block + place + 2 + edge].max(0.0);
     for (number, run) in coarse.runs().iter().enumerate() {
         for site in run.site..run.site + run.len {
+            let of_block = &sums[site * per_block + place..];
             // Something must remain where there is next to no water, and round-off or a short step leave nothing.
-            diagonal[site] += sums[site].mass.max(1e-6 * sums[site].diagonal);
+            let mut sum = of_block[0].max(1e-6 * sums[site * per_block + 1]);
             for (edge, offset) in coarse.offsets().iter().enumerate() {
-                let pull = sums[site].edges[edge].max(0.0);
-                let [shift, _] = coarse.shift(number, offset);
-                upper[edge][site] = -pull;
-                diagonal[site] += pull;
-                diagonal[site.wrapping_add_signed(shift)] += pull;
+                let [_, below] = coarse.shift(number, offset);
+                upper[edge][site] = -pull(site, edge);
+                sum += pull(site, edge) + pull(site.wrapping_add_signed(below), edge);
             }
+            diagonal[site] = sum;
         }
     }
 }

@@ -10,7 +10,7 @@ use super::lattice::Lattice;
 pub(super) const GRAIN: usize = 4096;
 
 /// Sites worked on at a time, so that sums stay in the nearest cache.
-const STRIP: usize = 512;
+pub(super) const STRIP: usize = 512;
 
 /// The diagonal and, for every offset, the entry between each site and its neighbour there; the other half follows by symmetry.
 ///
@@ -51,7 +51,8 @@ impl<T: RealField + Copy> StencilMatrix<T> {
         (&mut self.diagonal, &mut self.upper)
     }
 
-    /// The rows `sites` of A x, into `product` (of that length). Sites without a cell are left as they are.
+    /// The rows `sites` of A x, into `product` (of that length), for `x` that is zero at sites without a cell. Those between cells get a zero, the
+    /// others are left as they are.
     pub(super) fn multiply(&self, lattice: &Lattice, sites: Range<usize>, x: &[T], product: &mut [T]) {
         let machine = pulp::Arch::new();
         self.visit_strips(lattice, &sites, |run, from, len| {
@@ -60,37 +61,58 @@ impl<T: RealField + Copy> StencilMatrix<T> {
         });
     }
 
-    /// The sums of the rows `sites`, with the signs of a pattern, into `sums`; returns the largest sum of magnitudes over the
+    /// The sums of the rows of some cells of a run, with the signs of a pattern, into `sums`; returns the largest sum of magnitudes over the
     /// diagonal: no eigenvalue of D⁻¹ A is larger (Gershgorin).
     #[inline(always)]
-    pub(super) fn sum_rows(&self, lattice: &Lattice, sites: Range<usize>, pattern: u8, sums: &mut [T]) -> T {
+    pub(super) fn sum_rows(
+        &self,
+        lattice: &Lattice,
+        run: usize,
+        sites: Range<usize>,
+        pattern: u8,
+        sums: &mut [T],
+    ) -> T {
         let mut bound = T::zero();
-        let mut magnitudes = [T::zero(); STRIP];
-        self.visit_strips(lattice, &sites, |run, from, len| {
-            let diagonal = &self.diagonal[from..][..len];
-            let sums = &mut sums[from - sites.start..][..len];
-            sums.copy_from_slice(diagonal);
-            let magnitudes = &mut magnitudes[..len];
-            magnitudes.copy_from_slice(diagonal);
-            for (offset, entries) in lattice.offsets().iter().zip(&self.upper) {
-                let sign = if offset.flips(pattern) { -T::one() } else { T::one() };
-                let [_, below] = lattice.shift(run, offset);
-                let lower = &entries[from.wrapping_add_signed(below)..][..len];
-                let entries = &entries[from..][..len];
-                for i in 0..len {
-                    sums[i] += sign * (entries[i] + lower[i]);
-                    magnitudes[i] += entries[i].abs() + lower[i].abs();
-                }
-            }
-            bound = magnitudes.iter().zip(diagonal).fold(bound, |bound, (&sum, &d)| bound.max(sum / d));
-        });
+        let mut from = 0;
+        while from + LANES <= sites.len() {
+            let rows = self.sum_some_rows::<LANES>(lattice, run, sites.start + from, pattern, &mut sums[from..]);
+            bound = bound.max(rows);
+            from += LANES;
+        }
+        for from in from..sites.len() {
+            bound = bound.max(self.sum_some_rows::<1>(lattice, run, sites.start + from, pattern, &mut sums[from..]));
+        }
         bound
+    }
+
+    #[inline(always)]
+    fn sum_some_rows<const L: usize>(
+        &self,
+        lattice: &Lattice,
+        run: usize,
+        site: usize,
+        pattern: u8,
+        row_sums: &mut [T],
+    ) -> T {
+        let diagonal: [T; L] = std::array::from_fn(|lane| self.diagonal[site..][..L][lane]);
+        let (mut sums, mut magnitudes) = (diagonal, diagonal);
+        for (offset, entries) in lattice.offsets().iter().zip(&self.upper) {
+            let sign = if offset.flips(pattern) { -T::one() } else { T::one() };
+            let [_, below] = lattice.shift(run, offset);
+            let (upper, lower) = (&entries[site..][..L], &entries[site.wrapping_add_signed(below)..][..L]);
+            for lane in 0..L {
+                sums[lane] += sign * (upper[lane] + lower[lane]);
+                magnitudes[lane] += upper[lane].abs() + lower[lane].abs();
+            }
+        }
+        row_sums[..L].copy_from_slice(&sums);
+        magnitudes.iter().zip(&diagonal).fold(T::zero(), |bound, (&sum, &d)| bound.max(sum / d))
     }
 
     /// Calls `visit(run, first site, number of sites)` for strips of active cells.
     #[inline(always)]
     fn visit_strips(&self, lattice: &Lattice, sites: &Range<usize>, mut visit: impl FnMut(usize, usize, usize)) {
-        lattice.visit_runs(sites, |run, from, len| {
+        lattice.visit_stretches(sites, |run, from, len| {
             for start in (from..from + len).step_by(STRIP) {
                 visit(run, start, STRIP.min(from + len - start));
             }
@@ -109,6 +131,10 @@ struct Strip<'a, T> {
     product: &'a mut [T],
 }
 
+/// Sites whose sums stay in registers from the first entry to the last, and at the end of a strip.
+const LANES: usize = 16;
+const FEW_LANES: usize = 4;
+
 impl<T: RealField + Copy> pulp::WithSimd for Strip<'_, T> {
     type Output = ();
 
@@ -116,28 +142,74 @@ impl<T: RealField + Copy> pulp::WithSimd for Strip<'_, T> {
     fn with_simd<S: pulp::Simd>(self, _: S) {
         let Strip { matrix, lattice, run, from, x, product } = self;
         let len = product.len();
-        product.copy_from_slice(&x[from..][..len]);
-        if !matrix.diagonal.is_empty() {
-            for (product, &diagonal) in product.iter_mut().zip(&matrix.diagonal[from..][..len]) {
-                *product *= diagonal;
+        let own = &x[from..][..len];
+        let couple = |number: usize| {
+            let shift = lattice.shift(run, &lattice.offsets()[number]);
+            Couple::new(shift, &matrix.upper[number], x, from, len)
+        };
+        // Four offsets at a time (all in 2-D with linear functions): fewer loads and stores of sums.
+        let fours = matrix.upper.len() / 4 * 4;
+        let four = |number: usize| [couple(number), couple(number + 1), couple(number + 2), couple(number + 3)];
+        match (matrix.diagonal.is_empty(), fours) {
+            (true, 4..) => add_couples::<T, 4, true>(four(0), own, product),
+            (true, _) => product.copy_from_slice(own),
+            (false, _) => {
+                let diagonal = matrix.diagonal[from..][..len].iter();
+                product.iter_mut().zip(diagonal).zip(own).for_each(|((product, &d), &x)| *product = d * x);
+                if fours > 0 {
+                    add_couples::<T, 4, false>(four(0), own, product);
+                }
             }
         }
-        let (mut offsets, mut upper) = (lattice.offsets(), &matrix.upper[..]);
-        // Two offsets at a time: half the loads and stores of sums.
-        while let ([first, second, others @ ..], [first_entries, second_entries, rest @ ..]) = (offsets, upper) {
-            let a = Couple::new(lattice.shift(run, first), first_entries, x, from, len);
-            let b = Couple::new(lattice.shift(run, second), second_entries, x, from, len);
-            for (i, product) in product.iter_mut().enumerate() {
-                *product += a.at(i) + b.at(i);
-            }
-            (offsets, upper) = (others, rest);
+        for number in (4..fours).step_by(4) {
+            add_couples::<T, 4, false>(four(number), own, product);
         }
-        if let ([last], [entries]) = (offsets, upper) {
-            let a = Couple::new(lattice.shift(run, last), entries, x, from, len);
-            for (i, product) in product.iter_mut().enumerate() {
-                *product += a.at(i);
+        for number in fours..matrix.upper.len() {
+            add_couples::<T, 1, false>([couple(number)], own, product);
+        }
+    }
+}
+
+/// Adds the products of a few offsets to `product`, or sets it to their sum with `own` if they are the `FIRST`, for some sites at a time.
+#[inline(always)]
+fn add_couples<T: RealField + Copy, const N: usize, const FIRST: bool>(
+    couples: [Couple<T>; N],
+    own: &[T],
+    product: &mut [T],
+) {
+    let wide = product.len() / LANES * LANES;
+    let (first, rest) = product.split_at_mut(wide);
+    add_parts::<T, N, LANES, FIRST>(&couples, own, first);
+    let few = rest.len() / FEW_LANES * FEW_LANES;
+    let (second, last) = rest.split_at_mut(few);
+    add_parts::<T, N, FEW_LANES, FIRST>(&couples.each_ref().map(|couple| couple.from(wide)), &own[wide..], second);
+    let couples = couples.each_ref().map(|couple| couple.from(wide + few));
+    add_parts::<T, N, 1, FIRST>(&couples, &own[wide + few..], last);
+}
+
+/// The same, `L` sites at a time, for a multiple of as many sites.
+#[inline(always)]
+fn add_parts<T: RealField + Copy, const N: usize, const L: usize, const FIRST: bool>(
+    couples: &[Couple<T>; N],
+    own: &[T],
+    product: &mut [T],
+) {
+    let (product, _) = product.as_chunks_mut::<L>();
+    // All of one length, known to the compiler: nothing is checked in the loop.
+    let len = product.len();
+    let part = |values| <[T]>::as_chunks::<L>(values).0.split_at(len).0;
+    let own = part(own);
+    let couples = couples
+        .each_ref()
+        .map(|Couple { upper, x_upper, lower, x_lower }| ([part(upper), part(lower)], [part(x_upper), part(x_lower)]));
+    for i in 0..len {
+        let mut sums = if FIRST { own[i] } else { product[i] };
+        for ([upper, lower], [x_upper, x_lower]) in &couples {
+            for lane in 0..L {
+                sums[lane] += upper[i][lane] * x_upper[i][lane] + lower[i][lane] * x_lower[i][lane];
             }
         }
+        product[i] = sums;
     }
 }
 
@@ -163,8 +235,9 @@ impl<'a, T: RealField + Copy> Couple<'a, T> {
     }
 
     #[inline(always)]
-    fn at(&self, i: usize) -> T {
-        self.upper[i] * self.x_upper[i] + self.lower[i] * self.x_lower[i]
+    fn from(&self, from: usize) -> Self {
+        let Couple { upper, x_upper, lower, x_lower } = self;
+        Couple { upper: &upper[from..], x_upper: &x_upper[from..], lower: &lower[from..], x_lower: &x_lower[from..] }
     }
 }
 

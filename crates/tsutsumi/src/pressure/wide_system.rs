@@ -4,9 +4,9 @@ use super::StepView;
 use super::assembly::{NO_CELL, Parts, assemble};
 use super::checkerboard::Checkerboard;
 use super::conjugate_gradient::{Breakdown, ConjugateGradient, System};
-use super::coupled::{Face, FaceFlow};
+use super::coupled::FaceFlow;
 use super::lattice::{Lattice, Place};
-use super::multigrid::Multigrid;
+use super::multigrid::{MOST_DIRECT, Multigrid};
 use super::stencil_matrix::StencilMatrix;
 use super::tied::TiedCells;
 use crate::tensor::Vector;
@@ -17,8 +17,10 @@ pub(super) struct Contributions<'a, const D: usize> {
     pub(super) divergence: &'a [Vector<D>],
     /// c/m of every node of the grid.
     pub(super) compliance: &'a [Vector<D>],
-    pub(super) faces: &'a [Face],
-    pub(super) inner: &'a [FaceFlow],
+    /// The faces between every cell and the one above it, per axis, with a row of closed ones behind them.
+    pub(super) upper_faces: &'a [[FaceFlow; D]],
+    /// Whose upper faces the lower ones of every cell are.
+    pub(super) below: &'a [[u32; D]],
     /// Cells, conductances (and gravity flows) of drained sides.
     pub(super) drains: &'a [(u32, f64, f64)],
     pub(super) checkerboard: &'a Checkerboard,
@@ -67,7 +69,7 @@ impl WideSystem {
         self.lattice.rebuild(D, self.width as i32 - 1, self.places.iter().copied());
         self.number_sites();
         self.matrix.resize(&self.lattice);
-        self.multigrid.rebuild(D, &self.lattice);
+        self.multigrid.rebuild(D, MOST_DIRECT, &self.lattice);
         self.iteration.resize(&self.lattice);
         for work in [&mut self.right, &mut self.solution] {
             work.clear();
@@ -114,26 +116,21 @@ impl WideSystem {
             strides: at.grid.node_strides(),
             divergence: of.divergence,
             compliance: of.compliance,
+            upper_faces: of.upper_faces,
+            below: of.below,
         };
         assemble(parts, self.width, storage, &mut self.matrix);
-        self.add_flow(of);
+        self.add_sides(of);
         let Self { lattice, matrix, multigrid, .. } = self;
         multigrid.measure(lattice, matrix).map_err(|bad| (lattice.slot(bad.site), bad.value))
     }
 
-    /// Adds the conductances and the stabilisation.
-    fn add_flow<const D: usize>(&mut self, of: &Contributions<D>) {
+    /// Adds the conductances of the drained sides and the stabilisation.
+    fn add_sides<const D: usize>(&mut self, of: &Contributions<D>) {
         let Self { lattice, site_of_cell, places, matrix, .. } = self;
         let (diagonal, upper) = matrix.entries_mut();
         let site = |cell: u32| site_of_cell[cell as usize] as usize;
-        let number = |to: Place| lattice.offsets().iter().position(|offset| offset.to == to);
-        let along: [usize; D] =
-            std::array::from_fn(|axis| number(std::array::from_fn(|other| i32::from(other == axis))).unwrap_or(0));
-        for (&(lower, above, axis), &(conductance, _)) in of.faces.iter().zip(of.inner) {
-            diagonal[site(lower)] += conductance;
-            diagonal[site(above)] += conductance;
-            upper[along[axis as usize]][site(lower)] -= conductance;
-        }
+        let number = |to: Place| lattice.offset_to(to);
         for &(cell, conductance, _) in of.drains {
             diagonal[site(cell)] += conductance;
         }

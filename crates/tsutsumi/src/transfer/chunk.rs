@@ -146,7 +146,12 @@ impl<const D: usize> ChunkWeights<D> {
 
     /// The layers of rows along an axis other than x that a particle reaches; one that holds everything where space has no such axis.
     #[inline(always)]
-    pub(super) fn layers<S: ShapeFunction>(&self, grid: &Grid<D>, axis: usize, i: usize) -> impl Iterator<Item = Layer> + Clone {
+    pub(super) fn layers<S: ShapeFunction>(
+        &self,
+        grid: &Grid<D>,
+        axis: usize,
+        i: usize,
+    ) -> impl Iterator<Item = Layer> + Clone {
         let is_there = axis < D;
         let reached = if is_there { self.reached::<S>(axis, i) } else { 0..1 };
         let stride = if is_there { grid.node_strides()[axis] as u32 } else { 0 };

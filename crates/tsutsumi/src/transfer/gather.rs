@@ -147,10 +147,10 @@ impl<X: Vectors, const V: usize> AlongX<X, V> {
         let zeros = [Four::splat(vectors, 0.0); V];
         let mut along = AlongX { value: zeros, gradient: zeros, moment: zeros };
         for v in 0..V {
-            let node = |lane: usize| (start + v * nodes_per_vector(D) + (lane / D).min(nodes_per_vector(D) - 1)) % MAX_WIDTH;
-            let spread = |of: &dyn Fn(usize) -> f64| {
-                Four::new(vectors, [of(node(0)), of(node(1)), of(node(2)), of(node(3))])
-            };
+            let node =
+                |lane: usize| (start + v * nodes_per_vector(D) + (lane / D).min(nodes_per_vector(D) - 1)) % MAX_WIDTH;
+            let spread =
+                |of: &dyn Fn(usize) -> f64| Four::new(vectors, [of(node(0)), of(node(1)), of(node(2)), of(node(3))]);
             along.value[v] = spread(&|k| weights.value(0, k, i));
             along.gradient[v] = spread(&|k| weights.gradient(0, k, i));
             if M {
