@@ -1,7 +1,7 @@
 //! Vectors of four numbers, as wide as the processor at hand can take them.
 //!
-//! A [`Kernel`] is compiled twice: for every processor, and for those with 256-bit vectors (AVX2), which [`run`] finds out. Both give the
-//! same bits: products and sums are not fused, and nothing is summed in another order.
+//! A [`Kernel`] is compiled for every processor, for those with vectors of four numbers (AVX2), and, if it says so, for those that keep 32 of them
+//! in registers (AVX-512); [`run`] finds out. All give the same bits: products and sums are not fused, and nothing is summed in another order.
 
 use std::ops::{Add, AddAssign, Mul, MulAssign};
 
@@ -22,13 +22,26 @@ pub(crate) trait Vectors: Copy {
 
 /// Work for which vectors matter. All that it calls must be inlined.
 pub(crate) trait Kernel {
+    /// Whether the work needs more numbers at hand than sixteen registers hold.
+    const MANY_NUMBERS: bool;
+
     /// Does the work.
     fn run<V: Vectors>(self, vectors: V);
 }
 
 /// Runs a kernel with the widest vectors of this processor.
 #[inline(always)]
-pub(crate) fn run(kernel: impl Kernel) {
+pub(crate) fn run<K: Kernel>(kernel: K) {
+    #[cfg(target_arch = "x86_64")]
+    if K::MANY_NUMBERS
+        && let Some(avx512) = pulp::x86::V4::try_new()
+    {
+        return pulp::Simd::vectorize(
+            avx512,
+            #[inline(always)]
+            || kernel.run(avx512),
+        );
+    }
     #[cfg(target_arch = "x86_64")]
     if let Some(avx2) = pulp::x86::V3::try_new() {
         return pulp::Simd::vectorize(
@@ -68,30 +81,38 @@ impl Vectors for Portable {
     }
 }
 
+/// Four numbers in a register, also where it would hold eight.
 #[cfg(target_arch = "x86_64")]
-impl Vectors for pulp::x86::V3 {
-    type Four = pulp::f64x4;
+macro_rules! in_registers_of_four {
+    ($($machine:ty),*) => {$(
+        impl Vectors for $machine {
+            type Four = pulp::f64x4;
 
-    #[inline(always)]
-    fn pack(self, values: [f64; 4]) -> Self::Four {
-        pulp::cast(values)
-    }
+            #[inline(always)]
+            fn pack(self, values: [f64; 4]) -> Self::Four {
+                pulp::cast(values)
+            }
 
-    #[inline(always)]
-    fn unpack(self, four: Self::Four) -> [f64; 4] {
-        pulp::cast(four)
-    }
+            #[inline(always)]
+            fn unpack(self, four: Self::Four) -> [f64; 4] {
+                pulp::cast(four)
+            }
 
-    #[inline(always)]
-    fn add(self, a: Self::Four, b: Self::Four) -> Self::Four {
-        pulp::Simd::add_f64s(self, a, b)
-    }
+            #[inline(always)]
+            fn add(self, a: Self::Four, b: Self::Four) -> Self::Four {
+                self.add_f64x4(a, b)
+            }
 
-    #[inline(always)]
-    fn mul(self, a: Self::Four, b: Self::Four) -> Self::Four {
-        pulp::Simd::mul_f64s(self, a, b)
-    }
+            #[inline(always)]
+            fn mul(self, a: Self::Four, b: Self::Four) -> Self::Four {
+                self.mul_f64x4(a, b)
+            }
+        }
+    )*};
 }
+
+#[cfg(target_arch = "x86_64")]
+in_registers_of_four!(pulp::x86::V3, pulp::x86::V4);
 
 /// Four numbers side by side.
 #[derive(Clone, Copy)]
@@ -168,6 +189,8 @@ mod tests {
     struct Polynomial<'a>(&'a mut [f64; 4]);
 
     impl Kernel for Polynomial<'_> {
+        const MANY_NUMBERS: bool = true;
+
         fn run<V: Vectors>(self, vectors: V) {
             let x = Four::new(vectors, *self.0);
             *self.0 = ((x * x + x) * 3.0).to_array();

@@ -129,7 +129,11 @@ pub(crate) fn fold<P: Pieces, R: Send>(
 /// Nothing is rounded differently: products and sums are not fused.
 #[inline(always)]
 pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
-    pulp::Arch::new().dispatch(work)
+    #[cfg(target_arch = "x86_64")]
+    if let Some(avx2) = pulp::x86::V3::try_new() {
+        return pulp::Simd::vectorize(avx2, work);
+    }
+    work()
 }
 
 /// Runs work of many loops on a thread of the pool: from outside, every single loop would change threads there and back.

@@ -608,3 +608,90 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         });
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::lanes::{Kernel, Portable};
+    use crate::particles::Particle;
+    use crate::shape::{CubicBSpline, Gimp, Linear, QuadraticBSpline};
+    use crate::tensor::Sym3;
+
+    /// Particles at odds with a grid of four cells along each axis, with some motion around them.
+    fn ground<const D: usize>(grid: &Grid<D>) -> Particles<D> {
+        let mut particles = Particles::default();
+        for p in 0..40_u32 {
+            let odd = |factor: f64| (f64::from(p + 1) * factor).sin();
+            particles.push(Particle {
+                position: Vector::from_fn(|axis, _| 2.0 + 1.9 * odd(1.3 + axis as f64)),
+                half_size: Vector::repeat(0.25),
+                velocity: Vector::from_fn(|axis, _| odd(2.7 * (1.0 + axis as f64))),
+                density: 2.0 + odd(0.7),
+                stress: Sym3 { xx: odd(3.1), yy: odd(4.1), zz: odd(5.1), xy: odd(6.1), yz: odd(7.1), zx: odd(8.1) },
+                pressure: 0.0,
+                porosity: 0.0,
+                conductivity: 0.0,
+            });
+        }
+        particles.keep(LocalMotion::Moments);
+        for (p, motion) in particles.local_motion.iter_mut().enumerate() {
+            *motion = Matrix::from_fn(|i, j| (1.0 + p as f64 + 0.3 * i as f64 + 0.7 * j as f64).cos());
+        }
+        particles.locate(grid).unwrap();
+        particles
+    }
+
+    /// Sums on the processor at hand and with the vectors that every processor has.
+    fn the_same_on_every_processor<const D: usize>(shape: impl ShapeFunction + Copy) {
+        let grid = Grid::new(Vector::<D>::zeros(), Vector::repeat(1.0), [4; D]).unwrap();
+        let particles = ground(&grid);
+        let mut active = ActiveSet::new(&grid);
+        active.update(&particles.cell, |cells, touched| Transfer::<D>::touch_nodes(&shape, &grid, cells, touched));
+        let (mut at_hand, mut portable) = (NodeFields::new(&grid), NodeFields::new(&grid));
+        shape.particles_to_nodes(&grid, &active, &particles, LocalMotion::Moments, &mut at_hand);
+        let NodeFields { mass, velocity_old: momentum, force, .. } = &mut portable;
+        let sums = BandSums::<_, D, true> {
+            shape: &shape,
+            grid: &grid,
+            active: &active,
+            particles: &particles,
+            local_motion: LocalMotion::Moments,
+            slots: 0..active.cells().len(),
+            nodes: NodeSums { first: 0, mass, momentum, force },
+        };
+        sums.run(Portable);
+        assert_eq!(at_hand.mass, portable.mass);
+        assert_eq!((&at_hand.velocity_old, &at_hand.force), (&portable.velocity_old, &portable.force));
+
+        let (mut found, mut plainly) = (GatheredBlock::new(), GatheredBlock::new());
+        let wanted = Wanted { acceleration: true, moments: true };
+        let nodes =
+            NodeFields { velocity: at_hand.velocity_old.clone(), acceleration: at_hand.force.clone(), ..at_hand };
+        let places = particles.places();
+        shape.gather_block(&grid, &nodes, places, wanted, &mut found);
+        let gather = GatherBlock::<_, D, true, true> {
+            shape: &shape,
+            grid: &grid,
+            velocity: &nodes.velocity,
+            acceleration: &nodes.acceleration,
+            places,
+            gradients_only: false,
+            block: &mut plainly,
+        };
+        gather.run(Portable);
+        for p in 0..particles.len() {
+            assert_eq!(found.at(p), plainly.at(p));
+        }
+    }
+
+    #[test]
+    fn every_processor_gives_the_same_sums() {
+        the_same_on_every_processor::<1>(Linear);
+        the_same_on_every_processor::<2>(Linear);
+        the_same_on_every_processor::<3>(Linear);
+        the_same_on_every_processor::<2>(Gimp);
+        the_same_on_every_processor::<2>(QuadraticBSpline);
+        the_same_on_every_processor::<3>(QuadraticBSpline);
+        the_same_on_every_processor::<3>(CubicBSpline);
+    }
+}

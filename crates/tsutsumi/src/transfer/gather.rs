@@ -52,6 +52,8 @@ pub(super) struct GatherBlock<'a, S, const D: usize, const ACCELERATION: bool, c
 }
 
 impl<S: ShapeFunction, const D: usize, const A: bool, const M: bool> Kernel for GatherBlock<'_, S, D, A, M> {
+    const MANY_NUMBERS: bool = S::WIDTH > 2;
+
     #[inline(always)]
     fn run<X: Vectors>(self, vectors: X) {
         // The compiler knows which one it is, and so the length of every loop.
@@ -246,14 +248,12 @@ impl<X: Vectors, const D: usize> Sums<X, D> {
     /// Velocity and acceleration of particle number `p` of a block.
     #[inline(always)]
     fn give_velocity<const A: bool>(self, p: usize, block: &mut GatheredBlock<D>) {
-        let velocity = components::<X, D>(self.velocity);
-        for i in 0..D {
-            block.velocity[i][p] = velocity[i];
+        for (to, velocity) in block.velocity.iter_mut().zip(components::<X, D>(self.velocity)) {
+            to[p] = velocity;
         }
         if A {
-            let acceleration = components::<X, D>(self.acceleration);
-            for i in 0..D {
-                block.acceleration[i][p] = acceleration[i];
+            for (to, acceleration) in block.acceleration.iter_mut().zip(components::<X, D>(self.acceleration)) {
+                to[p] = acceleration;
             }
         }
     }
@@ -262,14 +262,12 @@ impl<X: Vectors, const D: usize> Sums<X, D> {
     #[inline(always)]
     fn give_variation<const M: bool>(self, p: usize, block: &mut GatheredBlock<D>) {
         for j in 0..D {
-            let gradient = components::<X, D>(self.gradient[j]);
-            for i in 0..D {
-                block.velocity_gradient[i][j][p] = gradient[i];
+            for (to, gradient) in block.velocity_gradient.iter_mut().zip(components::<X, D>(self.gradient[j])) {
+                to[j][p] = gradient;
             }
             if M {
-                let moments = components::<X, D>(self.moment[j]);
-                for i in 0..D {
-                    block.moments[p][(i, j)] = moments[i];
+                for (i, moment) in components::<X, D>(self.moment[j]).into_iter().enumerate() {
+                    block.moments[p][(i, j)] = moment;
                 }
             }
         }

@@ -25,6 +25,8 @@ pub(super) struct BandSums<'a, S, const D: usize, const AROUND: bool> {
 }
 
 impl<S: ShapeFunction, const D: usize, const AROUND: bool> Kernel for BandSums<'_, S, D, AROUND> {
+    const MANY_NUMBERS: bool = S::WIDTH > 2;
+
     #[inline(always)]
     fn run<X: Vectors>(self, vectors: X) {
         // The compiler knows which one it is, and so the length of every loop.
@@ -117,8 +119,8 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
         let moment = Row::of_nodes(vectors, D, |k| weights.moment(0, k, i));
         let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
         self.momentum += moment * Row::of_components(vectors, columns[0]);
-        for j in 1..D {
-            self.momentum_gradient[j] = value * Row::of_components(vectors, columns[j]);
+        for (to, column) in self.momentum_gradient.iter_mut().zip(columns).skip(1) {
+            *to = value * Row::of_components(vectors, column);
         }
     }
 
