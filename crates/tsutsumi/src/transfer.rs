@@ -13,16 +13,15 @@ mod stencil;
 use std::ops::Range;
 
 use crate::grid::{ActiveSet, Grid, NodeFields};
-use crate::lanes;
 use crate::law::BLOCK;
 use crate::parallel;
 use crate::particles::{LocalMotion, Particles, Places};
 use crate::shape::{CellOnAxis, ShapeFunction};
 use crate::tensor::{Matrix, Vector};
 use bands::{Bands, NodeSums};
-use chunk::ChunkWeights;
-use gather::{GatherBlock, gather_plainly};
-use spread::{BandSums, momentum_gradient};
+use chunk::{CHUNK, ChunkWeights};
+use gather::{Found, GatherChunk, gather_plainly};
+use spread::{NodeNumbers, Sources, SpreadChunk};
 use stencil::{Stencil, mean_weights};
 
 /// What a particle finds on the grid at its position.
@@ -62,7 +61,7 @@ pub struct GatheredBlock<const D: usize> {
     /// Component i, axis j.
     pub(crate) velocity_gradient: [[[f64; BLOCK]; D]; D],
     pub(crate) moments: [Matrix<D>; BLOCK],
-    weights: ChunkWeights<D>,
+    weights: ChunkWeights,
 }
 
 impl<const D: usize> GatheredBlock<D> {
@@ -76,6 +75,13 @@ impl<const D: usize> GatheredBlock<D> {
             moments: [Matrix::zeros(); BLOCK],
             weights: ChunkWeights::new(),
         }
+    }
+
+    /// The weights of a chunk, and what is found as plain numbers.
+    fn weights_and_found(&mut self) -> (&ChunkWeights, Found<'_>) {
+        let GatheredBlock { velocity, acceleration, velocity_gradient, moments, weights } = self;
+        let (velocity_gradient, moments) = (velocity_gradient.as_flattened_mut(), bytemuck::cast_slice_mut(moments));
+        (weights, Found { velocity, acceleration, velocity_gradient, moments })
     }
 
     /// What particle number `p` of the block has found.
@@ -307,6 +313,25 @@ fn scatter<S: ShapeFunction, const D: usize>(
     });
 }
 
+/// What a block of particles finds of a velocity, and of an acceleration if it is not empty, chunk by chunk.
+fn gather<S: ShapeFunction, const D: usize>(
+    shape: &S,
+    grid: &Grid<D>,
+    [velocity, acceleration]: [&[Vector<D>]; 2],
+    places: Places<D>,
+    moments: bool,
+    gradients_only: bool,
+    block: &mut GatheredBlock<D>,
+) {
+    let len = places.position.len().min(BLOCK);
+    for start in (0..len).step_by(CHUNK) {
+        block.weights.find(shape, grid, places, moments, start..len.min(start + CHUNK));
+        let (velocity, acceleration) = (bytemuck::cast_slice(velocity), bytemuck::cast_slice(acceleration));
+        let (weights, found) = block.weights_and_found();
+        GatherChunk { weights, velocity, acceleration, moments, gradients_only, start, found }.run();
+    }
+}
+
 /// Adds N_I A (x_I − X_p) of a point to the nodes from number `first` on; A stands column by column.
 #[inline(always)]
 fn add_affine<S: ShapeFunction, const D: usize>(
@@ -374,17 +399,22 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
     ) {
         let NodeFields { mass, velocity_old: momentum, force, .. } = nodes;
         let nodes = NodeSums { first: 0, mass, momentum, force };
-        let bands = Bands::new(self, grid, active);
-        let shape = self;
-        if local_motion == LocalMotion::Nothing {
-            bands.sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
-                lanes::run(BandSums::<_, D, false> { shape, grid, active, particles, local_motion, slots, nodes });
-            });
-        } else {
-            bands.sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
-                lanes::run(BandSums::<_, D, true> { shape, grid, active, particles, local_motion, slots, nodes });
-            });
-        }
+        let moments = local_motion != LocalMotion::Nothing;
+        let sources = Sources::new(particles, local_motion);
+        Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
+            let mut weights = ChunkWeights::new();
+            for numbers in active.particles_in(slots).chunks(CHUNK) {
+                let particles_of_chunk = numbers.iter().map(|&p| p as usize);
+                weights.find(self, grid, particles.places(), moments, particles_of_chunk);
+                let nodes = NodeNumbers {
+                    first: nodes.first,
+                    mass: &mut *nodes.mass,
+                    momentum: bytemuck::cast_slice_mut(&mut *nodes.momentum),
+                    force: bytemuck::cast_slice_mut(&mut *nodes.force),
+                };
+                SpreadChunk { weights: &weights, numbers, sources, nodes }.run();
+            }
+        });
     }
 
     fn nodes_to_particles(
@@ -407,54 +437,8 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         wanted: Wanted,
         block: &mut GatheredBlock<D>,
     ) {
-        let (shape, velocity, acceleration) = (self, &nodes.velocity[..], &nodes.acceleration[..]);
-        let gradients_only = false;
-        match (wanted.acceleration, wanted.moments) {
-            (false, false) => {
-                lanes::run(GatherBlock::<_, D, false, false> {
-                    shape,
-                    grid,
-                    velocity,
-                    acceleration,
-                    places,
-                    gradients_only,
-                    block,
-                });
-            }
-            (true, false) => {
-                lanes::run(GatherBlock::<_, D, true, false> {
-                    shape,
-                    grid,
-                    velocity,
-                    acceleration,
-                    places,
-                    gradients_only,
-                    block,
-                });
-            }
-            (false, true) => {
-                lanes::run(GatherBlock::<_, D, false, true> {
-                    shape,
-                    grid,
-                    velocity,
-                    acceleration,
-                    places,
-                    gradients_only,
-                    block,
-                });
-            }
-            (true, true) => {
-                lanes::run(GatherBlock::<_, D, true, true> {
-                    shape,
-                    grid,
-                    velocity,
-                    acceleration,
-                    places,
-                    gradients_only,
-                    block,
-                });
-            }
-        }
+        let acceleration = if wanted.acceleration { &nodes.acceleration[..] } else { &[] };
+        gather(self, grid, [&nodes.velocity, acceleration], places, wanted.moments, false, block);
     }
 
     fn gather_gradients(
@@ -464,16 +448,7 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         places: Places<D>,
         block: &mut GatheredBlock<D>,
     ) {
-        let (shape, velocity, acceleration) = (self, at_nodes, &[][..]);
-        lanes::run(GatherBlock::<_, D, false, false> {
-            shape,
-            grid,
-            velocity,
-            acceleration,
-            places,
-            gradients_only: true,
-            block,
-        });
+        gather(self, grid, [at_nodes, &[]], places, false, true, block);
     }
 
     fn interpolate(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], at_particles: &mut [Vector<D>]) {
@@ -502,11 +477,14 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         for_each_particle(self, grid, active, particles.places(), nodes, |nodes, p, stencil| {
             let (mass, velocity) = (particles.mass[p], particles.velocity[p]);
             stencil.visit::<S>(|_, node, value, _| nodes.momentum[node - nodes.first] += velocity * (mass * value));
-            if local_motion != LocalMotion::Nothing {
-                let spread = stencil.second_moments::<S>(&spacing);
-                let columns = momentum_gradient(&spread, &spacing, particles, local_motion, p);
-                add_affine::<S, D>(stencil, &spacing, &columns, nodes.first, nodes.momentum);
-            }
+            let per_spread = match local_motion {
+                LocalMotion::Nothing => return,
+                LocalMotion::Gradient => [1.0; D],
+                LocalMotion::Moments => stencil.inverse_spread::<S>(&spacing),
+            };
+            let motion = &particles.local_motion[p];
+            let column = |j: usize| std::array::from_fn(|i| motion[(i, j)] * (mass * per_spread[j]));
+            add_affine::<S, D>(stencil, &spacing, &std::array::from_fn(column), nodes.first, nodes.momentum);
         });
     }
 
@@ -611,6 +589,8 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
 
 #[cfg(test)]
 mod tests {
+    use super::gather::Gather;
+    use super::spread::Spread;
     use super::*;
     use crate::lanes::{Kernel, Portable};
     use crate::particles::Particle;
@@ -642,24 +622,25 @@ mod tests {
     }
 
     /// Sums on the processor at hand and with the vectors that every processor has.
-    fn the_same_on_every_processor<const D: usize>(shape: impl ShapeFunction + Copy) {
+    fn the_same_on_every_processor<const D: usize, const WIDTH: usize>(shape: impl ShapeFunction + Copy) {
         let grid = Grid::new(Vector::<D>::zeros(), Vector::repeat(1.0), [4; D]).unwrap();
         let particles = ground(&grid);
         let mut active = ActiveSet::new(&grid);
         active.update(&particles.cell, |cells, touched| Transfer::<D>::touch_nodes(&shape, &grid, cells, touched));
         let (mut at_hand, mut portable) = (NodeFields::new(&grid), NodeFields::new(&grid));
         shape.particles_to_nodes(&grid, &active, &particles, LocalMotion::Moments, &mut at_hand);
-        let NodeFields { mass, velocity_old: momentum, force, .. } = &mut portable;
-        let sums = BandSums::<_, D, true> {
-            shape: &shape,
-            grid: &grid,
-            active: &active,
-            particles: &particles,
-            local_motion: LocalMotion::Moments,
-            slots: 0..active.cells().len(),
-            nodes: NodeSums { first: 0, mass, momentum, force },
-        };
-        sums.run(Portable);
+        let mut weights = ChunkWeights::new();
+        for numbers in active.particles().chunks(CHUNK) {
+            weights.find(&shape, &grid, particles.places(), true, numbers.iter().map(|&p| p as usize));
+            let nodes = NodeNumbers {
+                first: 0,
+                mass: &mut portable.mass,
+                momentum: bytemuck::cast_slice_mut(&mut portable.velocity_old),
+                force: bytemuck::cast_slice_mut(&mut portable.force),
+            };
+            let sources = Sources::new(&particles, LocalMotion::Moments);
+            Spread::<D, WIDTH, true>(SpreadChunk { weights: &weights, numbers, sources, nodes }).run(Portable);
+        }
         assert_eq!(at_hand.mass, portable.mass);
         assert_eq!((&at_hand.velocity_old, &at_hand.force), (&portable.velocity_old, &portable.force));
 
@@ -667,18 +648,20 @@ mod tests {
         let wanted = Wanted { acceleration: true, moments: true };
         let nodes =
             NodeFields { velocity: at_hand.velocity_old.clone(), acceleration: at_hand.force.clone(), ..at_hand };
-        let places = particles.places();
-        shape.gather_block(&grid, &nodes, places, wanted, &mut found);
-        let gather = GatherBlock::<_, D, true, true> {
-            shape: &shape,
-            grid: &grid,
-            velocity: &nodes.velocity,
-            acceleration: &nodes.acceleration,
-            places,
-            gradients_only: false,
-            block: &mut plainly,
-        };
-        gather.run(Portable);
+        shape.gather_block(&grid, &nodes, particles.places(), wanted, &mut found);
+        for start in (0..particles.len()).step_by(CHUNK) {
+            weights.find(&shape, &grid, particles.places(), true, start..particles.len());
+            let chunk = GatherChunk {
+                weights: &weights,
+                velocity: bytemuck::cast_slice(&nodes.velocity),
+                acceleration: bytemuck::cast_slice(&nodes.acceleration),
+                moments: true,
+                gradients_only: false,
+                start,
+                found: plainly.weights_and_found().1,
+            };
+            Gather::<D, WIDTH, true, true>(chunk).run(Portable);
+        }
         for p in 0..particles.len() {
             assert_eq!(found.at(p), plainly.at(p));
         }
@@ -686,12 +669,12 @@ mod tests {
 
     #[test]
     fn every_processor_gives_the_same_sums() {
-        the_same_on_every_processor::<1>(Linear);
-        the_same_on_every_processor::<2>(Linear);
-        the_same_on_every_processor::<3>(Linear);
-        the_same_on_every_processor::<2>(Gimp);
-        the_same_on_every_processor::<2>(QuadraticBSpline);
-        the_same_on_every_processor::<3>(QuadraticBSpline);
-        the_same_on_every_processor::<3>(CubicBSpline);
+        the_same_on_every_processor::<1, 2>(Linear);
+        the_same_on_every_processor::<2, 2>(Linear);
+        the_same_on_every_processor::<3, 2>(Linear);
+        the_same_on_every_processor::<2, 4>(Gimp);
+        the_same_on_every_processor::<2, 4>(QuadraticBSpline);
+        the_same_on_every_processor::<3, 4>(QuadraticBSpline);
+        the_same_on_every_processor::<3, 4>(CubicBSpline);
     }
 }

@@ -1,6 +1,7 @@
 use std::ops::Range;
 
 use crate::grid::Grid;
+use crate::parallel::vectorized;
 use crate::particles::Places;
 use crate::shape::{CellOnAxis, MAX_WIDTH, ShapeFunction};
 
@@ -9,10 +10,18 @@ pub(super) const CHUNK: usize = 16;
 
 /// The weights of some particles by rows of nodes along x; each axis for all particles at a time, in loops that become vectors.
 #[derive(Debug, Clone)]
-pub(super) struct ChunkWeights<const D: usize> {
+pub(super) struct ChunkWeights {
+    /// The dimensions of space, and the nodes per axis of a cell's stencil.
+    dimension: usize,
+    width: usize,
+    /// The particles.
+    len: usize,
     /// The first node of each particle's stencil.
     first_node: [u32; CHUNK],
-    along: [AlongAxis; D],
+    /// From a node to the next one along each axis.
+    strides: [u32; 3],
+    /// Those beyond the dimensions of space mean nothing.
+    along: [AlongAxis; 3],
 }
 
 /// Weights along an axis: node by node, and for each particle.
@@ -23,8 +32,9 @@ struct AlongAxis {
     gradient: [[f64; CHUNK]; MAX_WIDTH],
     /// N (x_I − X_p) (m).
     moment: [[f64; CHUNK]; MAX_WIDTH],
-    /// Σ_I N (x_I − X_p)² (m²).
+    /// Σ_I N (x_I − X_p)² (m²), and how much of it is round-off.
     spread: [f64; CHUNK],
+    least_spread: f64,
 }
 
 impl AlongAxis {
@@ -33,17 +43,53 @@ impl AlongAxis {
         gradient: [[0.0; CHUNK]; MAX_WIDTH],
         moment: [[0.0; CHUNK]; MAX_WIDTH],
         spread: [0.0; CHUNK],
+        least_spread: 0.0,
     };
 }
 
-impl<const D: usize> ChunkWeights<D> {
+impl ChunkWeights {
     pub(super) fn new() -> Self {
-        ChunkWeights { first_node: [0; CHUNK], along: [AlongAxis::ZEROS; D] }
+        let along = [AlongAxis::ZEROS; 3];
+        ChunkWeights { dimension: 0, width: 0, len: 0, first_node: [0; CHUNK], strides: [0; 3], along }
     }
 
-    /// Finds the weights of at most [`CHUNK`] particles, in this order; `MOMENTS` too.
+    /// The dimensions of space.
+    pub(super) fn dimension(&self) -> usize {
+        self.dimension
+    }
+
+    /// Nodes per axis in the stencil of a cell.
+    pub(super) fn width(&self) -> usize {
+        self.width
+    }
+
+    /// The number of particles.
     #[inline(always)]
-    pub(super) fn find<S: ShapeFunction, const MOMENTS: bool>(
+    pub(super) fn len(&self) -> usize {
+        self.len.min(CHUNK)
+    }
+
+    /// Finds the weights of at most [`CHUNK`] particles, in this order; `moments` too.
+    #[inline(always)]
+    pub(super) fn find<S: ShapeFunction, const D: usize>(
+        &mut self,
+        shape: &S,
+        grid: &Grid<D>,
+        places: Places<D>,
+        moments: bool,
+        particles: impl Iterator<Item = usize>,
+    ) {
+        vectorized(
+            #[inline(always)]
+            || match moments {
+                true => self.find_in_vectors::<S, D, true>(shape, grid, places, particles),
+                false => self.find_in_vectors::<S, D, false>(shape, grid, places, particles),
+            },
+        );
+    }
+
+    #[inline(always)]
+    fn find_in_vectors<S: ShapeFunction, const D: usize, const MOMENTS: bool>(
         &mut self,
         shape: &S,
         grid: &Grid<D>,
@@ -51,11 +97,13 @@ impl<const D: usize> ChunkWeights<D> {
         particles: impl Iterator<Item = usize>,
     ) {
         let half_sizes = if S::BOX_STRETCHES { places.half_size } else { places.half_size_at_start };
+        (self.dimension, self.width, self.len) = (D, S::WIDTH, 0);
         self.first_node = [0; CHUNK];
         let mut place = [[0.0; CHUNK]; D];
         let mut half_size = [[0.0; CHUNK]; D];
         let (origin, inverse_spacing) = (grid.origin(), grid.inverse_spacing());
         for (i, p) in particles.take(CHUNK).enumerate() {
+            self.len = i + 1;
             let position = &places.position[p];
             for axis in 0..D {
                 place[axis][i] = (position[axis] - origin[axis]) * inverse_spacing[axis];
@@ -65,12 +113,12 @@ impl<const D: usize> ChunkWeights<D> {
             }
         }
         for axis in 0..D {
-            self.find_along::<S, MOMENTS>(shape, grid, axis, &place[axis], &half_size[axis]);
+            self.find_along::<S, D, MOMENTS>(shape, grid, axis, &place[axis], &half_size[axis]);
         }
     }
 
     #[inline(always)]
-    fn find_along<S: ShapeFunction, const MOMENTS: bool>(
+    fn find_along<S: ShapeFunction, const D: usize, const MOMENTS: bool>(
         &mut self,
         shape: &S,
         grid: &Grid<D>,
@@ -81,7 +129,10 @@ impl<const D: usize> ChunkWeights<D> {
         let num_cells = grid.cells()[axis];
         let stride = grid.node_strides()[axis] as u32;
         let (spacing, inverse_spacing) = (grid.spacing()[axis], grid.inverse_spacing()[axis]);
+        self.strides[axis] = stride;
         let along = &mut self.along[axis];
+        // Nearer than this to a grid line the moment is lost in round-off.
+        along.least_spread = 1e-12 * spacing * spacing;
         for i in 0..CHUNK {
             let at = CellOnAxis { cell: grid.index_on(axis, place[i]), num_cells };
             let weights = shape.weights(at, place[i], half_size[i]);
@@ -126,10 +177,12 @@ impl<const D: usize> ChunkWeights<D> {
         self.along[axis].moment[k][i]
     }
 
-    /// The diagonal of Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (m²): shape functions are products over the axes whose values sum to 1.
+    /// One over the diagonal of D_p = Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (1/m²): shape functions are products over the axes whose values sum
+    /// to 1. Zero along an axis where the particle lies on a grid line, with nodes on neither side.
     #[inline(always)]
-    pub(super) fn spread(&self, i: usize) -> [f64; D] {
-        std::array::from_fn(|axis| self.along[axis].spread[i])
+    pub(super) fn inverse_spread(&self, axis: usize, i: usize) -> f64 {
+        let along = &self.along[axis];
+        if along.spread[i] > along.least_spread { 1.0 / along.spread[i] } else { 0.0 }
     }
 
     /// The nodes along an axis that a particle reaches.
@@ -137,24 +190,23 @@ impl<const D: usize> ChunkWeights<D> {
     /// Quadratic splines, and boxes no longer than a cell, leave out the first or the last of four. Where both are left out only one is: always
     /// the same number of turns is faster.
     #[inline(always)]
-    pub(super) fn reached<S: ShapeFunction>(&self, axis: usize, i: usize) -> Range<usize> {
-        let is_left_out = |k: usize| S::WIDTH > 2 && self.value(axis, k, i) == 0.0 && self.gradient(axis, k, i) == 0.0;
-        let (first, last) = (is_left_out(0), is_left_out(S::WIDTH - 1));
+    pub(super) fn reached<const WIDTH: usize>(&self, axis: usize, i: usize) -> Range<usize> {
+        let is_left_out = |k: usize| WIDTH > 2 && self.value(axis, k, i) == 0.0 && self.gradient(axis, k, i) == 0.0;
+        let (first, last) = (is_left_out(0), is_left_out(WIDTH - 1));
         let start = usize::from(first);
-        start..start + S::WIDTH - usize::from(first | last)
+        start..start + WIDTH - usize::from(first | last)
     }
 
     /// The layers of rows along an axis other than x that a particle reaches; one that holds everything where space has no such axis.
     #[inline(always)]
-    pub(super) fn layers<S: ShapeFunction>(
+    pub(super) fn layers<const D: usize, const WIDTH: usize>(
         &self,
-        grid: &Grid<D>,
         axis: usize,
         i: usize,
     ) -> impl Iterator<Item = Layer> + Clone {
         let is_there = axis < D;
-        let reached = if is_there { self.reached::<S>(axis, i) } else { 0..1 };
-        let stride = if is_there { grid.node_strides()[axis] as u32 } else { 0 };
+        let reached = if is_there { self.reached::<WIDTH>(axis, i) } else { 0..1 };
+        let stride = self.strides[axis];
         reached.map(move |k| match is_there {
             true => Layer {
                 offset: k as u32 * stride,

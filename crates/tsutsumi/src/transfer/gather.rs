@@ -1,11 +1,11 @@
 use std::ops::Range;
 
-use super::chunk::{CHUNK, ChunkWeights, Layer};
+use super::Gathered;
+use super::chunk::{ChunkWeights, Layer};
 use super::rows::first_lanes;
 use super::stencil::Stencil;
-use super::{Gathered, GatheredBlock};
 use crate::grid::{Grid, NodeFields};
-use crate::lanes::{Four, Kernel, Vectors};
+use crate::lanes::{self, Four, Kernel, Vectors};
 use crate::law::BLOCK;
 use crate::particles::Places;
 use crate::shape::{MAX_WIDTH, ShapeFunction};
@@ -37,27 +37,72 @@ pub(super) fn gather_plainly<S: ShapeFunction, const D: usize>(
     Gathered { velocity, acceleration, velocity_gradient, moments }
 }
 
-/// What a block of particles finds on the grid: the sums of [`gather_plainly`], a row of nodes along x at a time.
+/// What a chunk of particles finds on the grid: the sums of [`gather_plainly`], a row of nodes along x at a time.
 ///
 /// Weights are products over the axes: a row is summed with the weights along x, rows with those along y, layers with those along z.
-pub(super) struct GatherBlock<'a, S, const D: usize, const ACCELERATION: bool, const MOMENTS: bool> {
-    pub(super) shape: &'a S,
-    pub(super) grid: &'a Grid<D>,
-    /// The fields of the nodes; accelerations may be missing where they are not asked for.
-    pub(super) velocity: &'a [Vector<D>],
-    pub(super) acceleration: &'a [Vector<D>],
-    pub(super) places: Places<'a, D>,
+///
+/// It knows no shape function, only weights, and fields as plain numbers: so it is compiled once, for every dimension and width, and not again
+/// wherever a shape function is used.
+pub(super) struct GatherChunk<'a> {
+    pub(super) weights: &'a ChunkWeights,
+    /// The fields of the nodes; empty accelerations are not asked for.
+    pub(super) velocity: &'a [f64],
+    pub(super) acceleration: &'a [f64],
+    pub(super) moments: bool,
     pub(super) gradients_only: bool,
-    pub(super) block: &'a mut GatheredBlock<D>,
+    /// Where in the block the chunk begins.
+    pub(super) start: usize,
+    pub(super) found: Found<'a>,
 }
 
-impl<S: ShapeFunction, const D: usize, const A: bool, const M: bool> Kernel for GatherBlock<'_, S, D, A, M> {
-    const MANY_NUMBERS: bool = S::WIDTH > 2;
+/// The components of [`GatheredBlock`], each for a whole block; the moments are matrices column by column.
+pub(super) struct Found<'a> {
+    pub(super) velocity: &'a mut [[f64; BLOCK]],
+    pub(super) acceleration: &'a mut [[f64; BLOCK]],
+    pub(super) velocity_gradient: &'a mut [[f64; BLOCK]],
+    pub(super) moments: &'a mut [f64],
+}
+
+impl GatherChunk<'_> {
+    /// Makes the sums.
+    pub(super) fn run(self) {
+        match self.weights.dimension() {
+            1 => self.run_in::<1>(),
+            2 => self.run_in::<2>(),
+            _ => self.run_in::<3>(),
+        }
+    }
+
+    fn run_in<const D: usize>(self) {
+        match self.weights.width() {
+            2 => self.run_with::<D, 2>(),
+            3 => self.run_with::<D, 3>(),
+            _ => self.run_with::<D, 4>(),
+        }
+    }
+
+    fn run_with<const D: usize, const WIDTH: usize>(self) {
+        match (self.acceleration.is_empty(), self.moments) {
+            (true, false) => lanes::run(Gather::<D, WIDTH, false, false>(self)),
+            (false, false) => lanes::run(Gather::<D, WIDTH, true, false>(self)),
+            (true, true) => lanes::run(Gather::<D, WIDTH, false, true>(self)),
+            (false, true) => lanes::run(Gather::<D, WIDTH, true, true>(self)),
+        }
+    }
+}
+
+/// The same, with or without accelerations and moments.
+pub(super) struct Gather<'a, const D: usize, const WIDTH: usize, const A: bool, const M: bool>(
+    pub(super) GatherChunk<'a>,
+);
+
+impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Kernel for Gather<'_, D, WIDTH, A, M> {
+    const MANY_NUMBERS: bool = WIDTH > 2;
 
     #[inline(always)]
     fn run<X: Vectors>(self, vectors: X) {
         // The compiler knows which one it is, and so the length of every loop.
-        match S::WIDTH.div_ceil(nodes_per_vector(D)) {
+        match WIDTH.div_ceil(nodes_per_vector(D)) {
             1 => self.gather::<X, 1, 1>(vectors),
             2 => self.gather::<X, 2, 1>(vectors),
             3 => self.gather::<X, 3, 2>(vectors),
@@ -71,61 +116,46 @@ const fn nodes_per_vector(dimensions: usize) -> usize {
     4 / dimensions
 }
 
-impl<S: ShapeFunction, const D: usize, const A: bool, const M: bool> GatherBlock<'_, S, D, A, M> {
+impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Gather<'_, D, WIDTH, A, M> {
     /// Rows are `V` vectors long, or `LESS` if a node is left out that has one of its own.
     #[inline(always)]
     fn gather<X: Vectors, const V: usize, const LESS: usize>(self, vectors: X) {
-        let GatherBlock { shape, grid, velocity, acceleration, places, gradients_only, block } = self;
+        let GatherChunk { weights, velocity, acceleration, gradients_only, start, mut found, .. } = self.0;
         // One length, known to be the same: one check per row.
         let acceleration = if A { &acceleration[..velocity.len()] } else { acceleration };
-        let len = places.position.len().min(BLOCK);
-        for start in (0..len).step_by(CHUNK) {
-            let chunk = start..len.min(start + CHUNK);
-            block.weights.find::<S, M>(shape, grid, places, chunk.clone());
-            for (i, p) in chunk.enumerate() {
-                let point = Point { weights: &block.weights, grid, i };
-                let reached = if D > 2 { block.weights.reached::<S>(0, i) } else { 0..S::WIDTH };
-                let sums = match reached.len() == S::WIDTH {
-                    true => point.sums::<X, S, A, M, V>(vectors, reached, velocity, acceleration),
-                    false => point.sums::<X, S, A, M, LESS>(vectors, reached, velocity, acceleration),
-                };
-                if !gradients_only {
-                    sums.give_velocity::<A>(p, block);
-                }
-                sums.give_variation::<M>(p, block);
+        for i in 0..weights.len() {
+            let reached = if D > 2 { weights.reached::<WIDTH>(0, i) } else { 0..WIDTH };
+            let sums = match reached.len() == WIDTH {
+                true => Self::sums::<X, V>(vectors, weights, i, reached, velocity, acceleration),
+                false => Self::sums::<X, LESS>(vectors, weights, i, reached, velocity, acceleration),
+            };
+            if !gradients_only {
+                sums.give_velocity::<A>(start + i, &mut found);
             }
+            sums.give_variation::<M>(start + i, &mut found);
         }
     }
-}
 
-/// A particle of a chunk.
-struct Point<'a, const D: usize> {
-    weights: &'a ChunkWeights<D>,
-    grid: &'a Grid<D>,
-    i: usize,
-}
-
-impl<const D: usize> Point<'_, D> {
-    /// The sums over all layers and rows, of the nodes `reached` along x.
+    /// The sums of a particle over all layers and rows, of the nodes `reached` along x.
     #[inline(always)]
-    fn sums<X: Vectors, S: ShapeFunction, const A: bool, const M: bool, const V: usize>(
-        &self,
+    fn sums<X: Vectors, const V: usize>(
         vectors: X,
+        weights: &ChunkWeights,
+        i: usize,
         reached: Range<usize>,
-        velocity: &[Vector<D>],
-        acceleration: &[Vector<D>],
+        velocity: &[f64],
+        acceleration: &[f64],
     ) -> Sums<X, D> {
-        let &Point { weights, grid, i } = self;
         let along_x = AlongX::<X, V>::new::<M, D>(vectors, weights, i, reached.start);
-        let nodes = if D > 2 { V } else { S::WIDTH };
+        let nodes = if D > 2 { V } else { WIDTH };
         let first_node = weights.first_node(i) + reached.start as u32;
-        let along_y = weights.layers::<S>(grid, 1, i);
+        let along_y = weights.layers::<D, WIDTH>(1, i);
         let mut sums = Sums::zeros(vectors);
-        for z in weights.layers::<S>(grid, 2, i) {
+        for z in weights.layers::<D, WIDTH>(2, i) {
             let mut layer = Sums::zeros(vectors);
             for y in along_y.clone() {
-                let first = (first_node + z.offset + y.offset) as usize;
-                let row = first..first + nodes;
+                let first = (first_node + z.offset + y.offset) as usize * D;
+                let row = first..first + nodes * D;
                 let acceleration = if A { &acceleration[row.clone()] } else { acceleration };
                 let row = along_x.sum::<A, M, D>(vectors, &velocity[row], acceleration);
                 row.add_to::<A, M>(&mut layer, 1, &y);
@@ -145,7 +175,7 @@ struct AlongX<X: Vectors, const V: usize> {
 
 impl<X: Vectors, const V: usize> AlongX<X, V> {
     #[inline(always)]
-    fn new<const M: bool, const D: usize>(vectors: X, weights: &ChunkWeights<D>, i: usize, start: usize) -> Self {
+    fn new<const M: bool, const D: usize>(vectors: X, weights: &ChunkWeights, i: usize, start: usize) -> Self {
         let zeros = [Four::splat(vectors, 0.0); V];
         let mut along = AlongX { value: zeros, gradient: zeros, moment: zeros };
         for v in 0..V {
@@ -167,19 +197,19 @@ impl<X: Vectors, const V: usize> AlongX<X, V> {
     fn sum<const A: bool, const M: bool, const D: usize>(
         &self,
         vectors: X,
-        velocity: &[Vector<D>],
-        acceleration: &[Vector<D>],
+        velocity: &[f64],
+        acceleration: &[f64],
     ) -> Sums<X, D> {
         let mut sums = Sums::zeros(vectors);
         for v in 0..V {
-            let here = vector_of_row(vectors, velocity, v);
+            let here = vector_of_row::<X, D>(vectors, velocity, v);
             sums.velocity += here * self.value[v];
             sums.gradient[0] += here * self.gradient[v];
             if M {
                 sums.moment[0] += here * self.moment[v];
             }
             if A {
-                sums.acceleration += vector_of_row(vectors, acceleration, v) * self.value[v];
+                sums.acceleration += vector_of_row::<X, D>(vectors, acceleration, v) * self.value[v];
             }
         }
         sums
@@ -188,8 +218,7 @@ impl<X: Vectors, const V: usize> AlongX<X, V> {
 
 /// Vector number `v` of a row of nodes.
 #[inline(always)]
-fn vector_of_row<X: Vectors, const D: usize>(vectors: X, row: &[Vector<D>], v: usize) -> Four<X> {
-    let numbers: &[f64] = bytemuck::cast_slice(row);
+fn vector_of_row<X: Vectors, const D: usize>(vectors: X, numbers: &[f64], v: usize) -> Four<X> {
     let start = v * nodes_per_vector(D) * D;
     if let Some(four) = numbers[start..].first_chunk() {
         return Four::new(vectors, *four);
@@ -247,7 +276,7 @@ impl<X: Vectors, const D: usize> Sums<X, D> {
 
     /// Velocity and acceleration of particle number `p` of a block.
     #[inline(always)]
-    fn give_velocity<const A: bool>(self, p: usize, block: &mut GatheredBlock<D>) {
+    fn give_velocity<const A: bool>(self, p: usize, block: &mut Found) {
         for (to, velocity) in block.velocity.iter_mut().zip(components::<X, D>(self.velocity)) {
             to[p] = velocity;
         }
@@ -260,15 +289,14 @@ impl<X: Vectors, const D: usize> Sums<X, D> {
 
     /// How the velocity varies around it.
     #[inline(always)]
-    fn give_variation<const M: bool>(self, p: usize, block: &mut GatheredBlock<D>) {
+    fn give_variation<const M: bool>(self, p: usize, block: &mut Found) {
         for j in 0..D {
-            for (to, gradient) in block.velocity_gradient.iter_mut().zip(components::<X, D>(self.gradient[j])) {
-                to[j][p] = gradient;
+            for (i, gradient) in components::<X, D>(self.gradient[j]).into_iter().enumerate() {
+                block.velocity_gradient[i * D + j][p] = gradient;
             }
             if M {
-                for (i, moment) in components::<X, D>(self.moment[j]).into_iter().enumerate() {
-                    block.moments[p][(i, j)] = moment;
-                }
+                let column = (p * D + j) * D;
+                block.moments[column..column + D].copy_from_slice(&components::<X, D>(self.moment[j]));
             }
         }
     }

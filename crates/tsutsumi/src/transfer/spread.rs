@@ -1,36 +1,93 @@
-use std::ops::Range;
-
-use super::bands::NodeSums;
-use super::chunk::{CHUNK, ChunkWeights, Layer};
+use super::chunk::{ChunkWeights, Layer};
 use super::rows::Row;
 
-use crate::grid::{ActiveSet, Grid};
-use crate::lanes::{Kernel, Vectors};
+use crate::lanes::{self, Kernel, Vectors};
 use crate::particles::{LocalMotion, Particles};
-use crate::shape::ShapeFunction;
-use crate::tensor::{Sym3, Vector};
+use crate::tensor::Sym3;
 
-/// Adds the sums of Eqs. (5) and (10) over the particles of a band to its nodes, a row of nodes at a time.
+/// Adds the sums of Eqs. (5) and (10) over a chunk of particles to the nodes, a row of nodes at a time.
 ///
 /// Weights are products over the axes: what they are along x is the same in every row of a particle.
-pub(super) struct BandSums<'a, S, const D: usize, const AROUND: bool> {
-    pub(super) shape: &'a S,
-    pub(super) grid: &'a Grid<D>,
-    pub(super) active: &'a ActiveSet,
-    pub(super) particles: &'a Particles<D>,
-    /// What goes to the nodes besides the velocities; nothing unless `AROUND`.
-    pub(super) local_motion: LocalMotion,
-    pub(super) slots: Range<usize>,
-    pub(super) nodes: NodeSums<'a, D>,
+///
+/// It knows no shape function, only weights, and fields as plain numbers: so it is compiled once, for every dimension and width, and not again
+/// wherever a shape function is used.
+pub(super) struct SpreadChunk<'a> {
+    pub(super) weights: &'a ChunkWeights,
+    /// The numbers of the particles.
+    pub(super) numbers: &'a [u32],
+    pub(super) sources: Sources<'a>,
+    pub(super) nodes: NodeNumbers<'a>,
 }
 
-impl<S: ShapeFunction, const D: usize, const AROUND: bool> Kernel for BandSums<'_, S, D, AROUND> {
-    const MANY_NUMBERS: bool = S::WIDTH > 2;
+/// What is summed, of all particles.
+#[derive(Clone, Copy)]
+pub(super) struct Sources<'a> {
+    mass: &'a [f64],
+    velocity: &'a [f64],
+    volume: &'a [f64],
+    stress: &'a [Sym3],
+    /// What goes to the nodes besides the velocities, matrices column by column.
+    local_motion: LocalMotion,
+    motion: &'a [f64],
+}
+
+impl<'a> Sources<'a> {
+    pub(super) fn new<const D: usize>(particles: &'a Particles<D>, local_motion: LocalMotion) -> Self {
+        Sources {
+            mass: &particles.mass,
+            velocity: bytemuck::cast_slice(&particles.velocity),
+            volume: &particles.volume,
+            stress: &particles.stress,
+            local_motion,
+            motion: bytemuck::cast_slice(&particles.local_motion),
+        }
+    }
+}
+
+/// The fields of the nodes from number `first` on, as plain numbers.
+pub(super) struct NodeNumbers<'a> {
+    pub(super) first: usize,
+    pub(super) mass: &'a mut [f64],
+    pub(super) momentum: &'a mut [f64],
+    pub(super) force: &'a mut [f64],
+}
+
+impl SpreadChunk<'_> {
+    /// Makes the sums.
+    pub(super) fn run(self) {
+        match self.weights.dimension() {
+            1 => self.run_in::<1>(),
+            2 => self.run_in::<2>(),
+            _ => self.run_in::<3>(),
+        }
+    }
+
+    fn run_in<const D: usize>(self) {
+        match self.weights.width() {
+            2 => self.run_with::<D, 2>(),
+            3 => self.run_with::<D, 3>(),
+            _ => self.run_with::<D, 4>(),
+        }
+    }
+
+    fn run_with<const D: usize, const WIDTH: usize>(self) {
+        match self.sources.local_motion {
+            LocalMotion::Nothing => lanes::run(Spread::<D, WIDTH, false>(self)),
+            LocalMotion::Moments | LocalMotion::Gradient => lanes::run(Spread::<D, WIDTH, true>(self)),
+        }
+    }
+}
+
+/// The same, with or without the motion around the particles.
+pub(super) struct Spread<'a, const D: usize, const WIDTH: usize, const AROUND: bool>(pub(super) SpreadChunk<'a>);
+
+impl<const D: usize, const WIDTH: usize, const AROUND: bool> Kernel for Spread<'_, D, WIDTH, AROUND> {
+    const MANY_NUMBERS: bool = WIDTH > 2;
 
     #[inline(always)]
     fn run<X: Vectors>(self, vectors: X) {
         // The compiler knows which one it is, and so the length of every loop.
-        match (S::WIDTH * D).div_ceil(4) {
+        match (WIDTH * D).div_ceil(4) {
             1 => self.add::<X, 1>(vectors),
             2 => self.add::<X, 2>(vectors),
             _ => self.add::<X, 3>(vectors),
@@ -38,51 +95,44 @@ impl<S: ShapeFunction, const D: usize, const AROUND: bool> Kernel for BandSums<'
     }
 }
 
-impl<S: ShapeFunction, const D: usize, const AROUND: bool> BandSums<'_, S, D, AROUND> {
+impl<const D: usize, const WIDTH: usize, const AROUND: bool> Spread<'_, D, WIDTH, AROUND> {
     #[inline(always)]
     fn add<X: Vectors, const V: usize>(self, vectors: X) {
-        let BandSums { shape, grid, active, particles, local_motion, slots, nodes } = self;
-        let NodeSums { first, mass, momentum, force } = nodes;
-        // One length, known to be the same: one check per row.
-        let (momentum, force) = (&mut momentum[..mass.len()], &mut force[..mass.len()]);
-        let mut nodes = NodeSums { first, mass, momentum, force };
-        let places = particles.places();
-        let sources = Sources::new(particles);
-        let mut weights = ChunkWeights::new();
-        for chunk in active.particles_in(slots).chunks(CHUNK) {
-            let numbers = chunk.iter().map(|&p| p as usize);
-            weights.find::<S, AROUND>(shape, grid, places, numbers.clone());
-            for (i, p) in numbers.enumerate() {
-                let mut gifts = Gifts::<X, V, D>::new(vectors, &weights, i, &sources, p);
-                if AROUND {
-                    let spread = weights.spread(i);
-                    let columns = momentum_gradient(&spread, &grid.spacing(), particles, local_motion, p);
-                    gifts.go_round(vectors, &weights, i, columns);
-                }
-                gifts.add::<S, AROUND>(vectors, grid, &weights, i, &mut nodes);
+        let SpreadChunk { weights, numbers, sources, nodes } = self.0;
+        // Lengths known to be the same: one check per particle, and one per row.
+        let len = sources.mass.len();
+        let sources = Sources {
+            velocity: &sources.velocity[..len * D],
+            volume: &sources.volume[..len],
+            stress: &sources.stress[..len],
+            ..sources
+        };
+        let num_nodes = nodes.mass.len();
+        let (momentum, force) = (&mut nodes.momentum[..num_nodes * D], &mut nodes.force[..num_nodes * D]);
+        let mut nodes = NodeNumbers { momentum, force, ..nodes };
+        for (i, &p) in numbers.iter().enumerate().take(weights.len()) {
+            let p = p as usize;
+            let mut gifts = Gifts::<X, V, D>::new(vectors, weights, i, &sources, p);
+            if AROUND {
+                gifts.go_round(vectors, weights, i, sources.momentum_gradient::<D>(weights, i, p));
             }
+            gifts.add::<WIDTH, AROUND>(vectors, weights, i, &mut nodes);
         }
     }
 }
 
-/// What is summed, of one length known to be the same: one check per particle.
-struct Sources<'a, const D: usize> {
-    mass: &'a [f64],
-    velocity: &'a [Vector<D>],
-    volume: &'a [f64],
-    stress: &'a [Sym3],
-}
-
-impl<'a, const D: usize> Sources<'a, D> {
+impl Sources<'_> {
+    /// M_p times the gradient of the motion around a particle (kg/s), column by column.
     #[inline(always)]
-    fn new(particles: &'a Particles<D>) -> Self {
-        let len = particles.len();
-        Sources {
-            mass: &particles.mass[..len],
-            velocity: &particles.velocity[..len],
-            volume: &particles.volume[..len],
-            stress: &particles.stress[..len],
-        }
+    fn momentum_gradient<const D: usize>(&self, weights: &ChunkWeights, i: usize, p: usize) -> [[f64; D]; D] {
+        let motion = &self.motion[p * D * D..][..D * D];
+        std::array::from_fn(|j| {
+            let per_spread = match self.local_motion {
+                LocalMotion::Moments => weights.inverse_spread(j, i),
+                LocalMotion::Nothing | LocalMotion::Gradient => 1.0,
+            };
+            std::array::from_fn(|i| motion[j * D + i] * (self.mass[p] * per_spread))
+        })
     }
 }
 
@@ -98,8 +148,9 @@ struct Gifts<X: Vectors, const V: usize, const D: usize> {
 
 impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     #[inline(always)]
-    fn new(vectors: X, weights: &ChunkWeights<D>, i: usize, from: &Sources<D>, p: usize) -> Self {
-        let (mass, velocity) = (from.mass[p], from.velocity[p]);
+    fn new(vectors: X, weights: &ChunkWeights, i: usize, from: &Sources, p: usize) -> Self {
+        let mass = from.mass[p];
+        let velocity = &from.velocity[p * D..][..D];
         let stress = from.stress[p].block::<D>(-from.volume[p]);
         let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
         let gradient = Row::of_nodes(vectors, D, |k| weights.gradient(0, k, i));
@@ -115,7 +166,7 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
 
     /// With the momentum of a motion around the particle, whose gradient stands column by column (kg/s).
     #[inline(always)]
-    fn go_round(&mut self, vectors: X, weights: &ChunkWeights<D>, i: usize, columns: [[f64; D]; D]) {
+    fn go_round(&mut self, vectors: X, weights: &ChunkWeights, i: usize, columns: [[f64; D]; D]) {
         let moment = Row::of_nodes(vectors, D, |k| weights.moment(0, k, i));
         let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
         self.momentum += moment * Row::of_components(vectors, columns[0]);
@@ -125,22 +176,21 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     }
 
     #[inline(always)]
-    fn add<S: ShapeFunction, const AROUND: bool>(
+    fn add<const WIDTH: usize, const AROUND: bool>(
         &self,
         vectors: X,
-        grid: &Grid<D>,
-        weights: &ChunkWeights<D>,
+        weights: &ChunkWeights,
         i: usize,
-        nodes: &mut NodeSums<D>,
+        nodes: &mut NodeNumbers,
     ) {
         let first = weights.first_node(i) - nodes.first as u32;
-        let along_y = weights.layers::<S>(grid, 1, i);
-        for z in weights.layers::<S>(grid, 2, i) {
+        let along_y = weights.layers::<D, WIDTH>(1, i);
+        for z in weights.layers::<D, WIDTH>(2, i) {
             let layer = if D > 2 { self.layer::<AROUND>(&z) } else { LayerRows::of_plane(self, vectors) };
             for y in along_y.clone() {
                 let row = (first + z.offset + y.offset) as usize;
-                let row = row..row + S::WIDTH;
-                (layer.mass * y.value).add_to(vectors, &mut nodes.mass[row.clone()]);
+                (layer.mass * y.value).add_to(vectors, &mut nodes.mass[row..row + WIDTH]);
+                let row = row * D..(row + WIDTH) * D;
                 let mut momentum = layer.momentum * y.value;
                 let mut force = layer.force * y.value;
                 if D > 1 {
@@ -149,8 +199,8 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
                 if AROUND && D > 1 {
                     momentum += layer.momentum_gradient * y.moment;
                 }
-                momentum.add_to(vectors, bytemuck::cast_slice_mut(&mut nodes.momentum[row.clone()]));
-                force.add_to(vectors, bytemuck::cast_slice_mut(&mut nodes.force[row]));
+                momentum.add_to(vectors, &mut nodes.momentum[row.clone()]);
+                force.add_to(vectors, &mut nodes.force[row]);
             }
         }
     }
@@ -197,27 +247,4 @@ impl<X: Vectors, const V: usize> LayerRows<X, V> {
             force_by_gradient: at(&rows.force),
         }
     }
-}
-
-/// M_p times the gradient of the motion around a particle (kg/s), column by column; `spread` is the diagonal of D_p (m²).
-#[inline(always)]
-pub(super) fn momentum_gradient<const D: usize>(
-    spread: &[f64; D],
-    spacing: &Vector<D>,
-    particles: &Particles<D>,
-    local_motion: LocalMotion,
-    p: usize,
-) -> [[f64; D]; D] {
-    let mass = particles.mass[p];
-    let factors = match local_motion {
-        LocalMotion::Nothing => [0.0; D],
-        LocalMotion::Gradient => [mass; D],
-        LocalMotion::Moments => {
-            // Nearer than this to a grid line (spacings) the moment is lost in round-off.
-            let is_there = |j: usize| spread[j] > 1e-12 * spacing[j] * spacing[j];
-            std::array::from_fn(|j| if is_there(j) { mass / spread[j] } else { 0.0 })
-        }
-    };
-    let motion = &particles.local_motion[p];
-    std::array::from_fn(|j| std::array::from_fn(|i| motion[(i, j)] * factors[j]))
 }

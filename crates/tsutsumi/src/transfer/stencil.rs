@@ -100,17 +100,14 @@ impl<const D: usize> Stencil<D> {
         arm
     }
 
-    /// The diagonal of Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (m²): shape functions are products over the axes whose values sum to 1.
+    /// One over the diagonal of D_p = Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (1/m²), see [`ChunkWeights::inverse_spread`](super::chunk).
     #[inline(always)]
-    pub(super) fn second_moments<S: ShapeFunction>(&self, spacing: &Vector<D>) -> [f64; D] {
-        let mut moments = [0.0; D];
-        for axis in 0..D {
-            for k in 0..S::WIDTH {
-                let arm = (self.to_first[axis] + f64::from(k as u32)) * spacing[axis];
-                moments[axis] += self.weights[axis].value[k] * arm * arm;
-            }
-        }
-        moments
+    pub(super) fn inverse_spread<S: ShapeFunction>(&self, spacing: &Vector<D>) -> [f64; D] {
+        std::array::from_fn(|axis| {
+            let arm = |k: usize| (self.to_first[axis] + f64::from(k as u32)) * spacing[axis];
+            let spread: f64 = (0..S::WIDTH).map(|k| self.weights[axis].value[k] * arm(k) * arm(k)).sum();
+            if spread > 1e-12 * spacing[axis] * spacing[axis] { 1.0 / spread } else { 0.0 }
+        })
     }
 
     /// What the other axes make of the nodes along x.
