@@ -190,8 +190,7 @@ impl<const D: usize> Grid<D> {
     /// The same along one axis.
     #[inline(always)]
     pub(crate) fn index_on(&self, axis: usize, in_spacings: f64) -> usize {
-        // Fewer than 2³⁰ cells: 32 bits are enough, and faster.
-        (in_spacings as i32).clamp(0, self.cells[axis] as i32 - 1) as usize
+        index_among(self.cells[axis], in_spacings)
     }
 
     /// The cell that holds a point (m); `None` outside the grid or when a coordinate is not a number.
@@ -390,6 +389,13 @@ impl<const D: usize> NodeFields<D> {
 fn low_bits(number: f64) -> u32 {
     const TWO_TO_52: f64 = (1_u64 << 52) as f64;
     (number + TWO_TO_52).to_bits() as u32
+}
+
+/// The number of the cell, among so many along an axis, that holds a point of the grid.
+#[inline(always)]
+pub(crate) fn index_among(cells: usize, in_spacings: f64) -> usize {
+    // Fewer than 2³⁰ cells: 32 bits are enough, and faster.
+    (in_spacings as i32).clamp(0, cells as i32 - 1) as usize
 }
 
 /// Component by component.

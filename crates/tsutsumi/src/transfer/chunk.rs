@@ -1,12 +1,12 @@
 use std::ops::Range;
 
-use crate::grid::Grid;
+use crate::grid::{Grid, index_among};
 use crate::parallel::vectorized;
 use crate::particles::Places;
 use crate::shape::{CellOnAxis, MAX_WIDTH, ShapeFunction};
 
 /// Particles whose weights are found at a time.
-pub(super) const CHUNK: usize = 16;
+pub(super) const CHUNK: usize = 32;
 
 /// The weights of some particles by rows of nodes along x; each axis for all particles at a time, in loops that become vectors.
 #[derive(Debug, Clone)]
@@ -32,9 +32,8 @@ struct AlongAxis {
     gradient: [[f64; CHUNK]; MAX_WIDTH],
     /// N (x_I − X_p) (m).
     moment: [[f64; CHUNK]; MAX_WIDTH],
-    /// Σ_I N (x_I − X_p)² (m²), and how much of it is round-off.
-    spread: [f64; CHUNK],
-    least_spread: f64,
+    /// One over Σ_I N (x_I − X_p)² (1/m²), or 0.
+    inverse_spread: [f64; CHUNK],
 }
 
 impl AlongAxis {
@@ -42,8 +41,7 @@ impl AlongAxis {
         value: [[0.0; CHUNK]; MAX_WIDTH],
         gradient: [[0.0; CHUNK]; MAX_WIDTH],
         moment: [[0.0; CHUNK]; MAX_WIDTH],
-        spread: [0.0; CHUNK],
-        least_spread: 0.0,
+        inverse_spread: [0.0; CHUNK],
     };
 }
 
@@ -97,13 +95,12 @@ impl ChunkWeights {
         particles: impl Iterator<Item = usize>,
     ) {
         let half_sizes = if S::BOX_STRETCHES { places.half_size } else { places.half_size_at_start };
-        (self.dimension, self.width, self.len) = (D, S::WIDTH, 0);
-        self.first_node = [0; CHUNK];
+        let mut len = 0;
         let mut place = [[0.0; CHUNK]; D];
         let mut half_size = [[0.0; CHUNK]; D];
         let (origin, inverse_spacing) = (grid.origin(), grid.inverse_spacing());
         for (i, p) in particles.take(CHUNK).enumerate() {
-            self.len = i + 1;
+            len = i + 1;
             let position = &places.position[p];
             for axis in 0..D {
                 place[axis][i] = (position[axis] - origin[axis]) * inverse_spacing[axis];
@@ -112,9 +109,14 @@ impl ChunkWeights {
                 }
             }
         }
+        (self.dimension, self.width, self.len) = (D, S::WIDTH, len);
+        // Apart from the weights, or the compiler sees no vectors in the loop.
+        let mut first_node = [0; CHUNK];
         for axis in 0..D {
-            self.find_along::<S, D, MOMENTS>(shape, grid, axis, &place[axis], &half_size[axis]);
+            let (place, half_size) = (&place[axis], &half_size[axis]);
+            self.find_along::<S, D, MOMENTS>(shape, grid, axis, place, half_size, &mut first_node);
         }
+        self.first_node = first_node;
     }
 
     #[inline(always)]
@@ -125,6 +127,7 @@ impl ChunkWeights {
         axis: usize,
         place: &[f64; CHUNK],
         half_size: &[f64; CHUNK],
+        first_node: &mut [u32; CHUNK],
     ) {
         let num_cells = grid.cells()[axis];
         let stride = grid.node_strides()[axis] as u32;
@@ -132,12 +135,12 @@ impl ChunkWeights {
         self.strides[axis] = stride;
         let along = &mut self.along[axis];
         // Nearer than this to a grid line the moment is lost in round-off.
-        along.least_spread = 1e-12 * spacing * spacing;
+        let least_spread = 1e-12 * spacing * spacing;
         for i in 0..CHUNK {
-            let at = CellOnAxis { cell: grid.index_on(axis, place[i]), num_cells };
+            let at = CellOnAxis { cell: index_among(num_cells, place[i]), num_cells };
             let weights = shape.weights(at, place[i], half_size[i]);
             let first = shape.first_node(at) as u32;
-            self.first_node[i] += first * stride;
+            first_node[i] += first * stride;
             let mut spread = 0.0;
             for k in 0..S::WIDTH {
                 along.value[k][i] = weights.value[k];
@@ -149,7 +152,9 @@ impl ChunkWeights {
                     spread += moment * arm;
                 }
             }
-            along.spread[i] = spread;
+            if MOMENTS {
+                along.inverse_spread[i] = if spread > least_spread { 1.0 / spread } else { 0.0 };
+            }
         }
     }
 
@@ -181,8 +186,7 @@ impl ChunkWeights {
     /// to 1. Zero along an axis where the particle lies on a grid line, with nodes on neither side.
     #[inline(always)]
     pub(super) fn inverse_spread(&self, axis: usize, i: usize) -> f64 {
-        let along = &self.along[axis];
-        if along.spread[i] > along.least_spread { 1.0 / along.spread[i] } else { 0.0 }
+        self.along[axis].inverse_spread[i]
     }
 
     /// The nodes along an axis that a particle reaches.

@@ -63,6 +63,27 @@ pub(super) struct Found<'a> {
     pub(super) moments: &'a mut [f64],
 }
 
+/// [`Found`] in so many dimensions.
+struct FoundIn<'a, const D: usize> {
+    velocity: &'a mut [[f64; BLOCK]; D],
+    acceleration: &'a mut [[f64; BLOCK]; D],
+    velocity_gradient: &'a mut [[[f64; BLOCK]; D]; D],
+    moments: &'a mut [[[f64; D]; D]; BLOCK],
+}
+
+impl<'a, const D: usize> FoundIn<'a, D> {
+    /// None if something has another length than a block has in so many dimensions.
+    #[inline(always)]
+    fn new(found: Found<'a>) -> Option<Self> {
+        Some(FoundIn {
+            velocity: found.velocity.first_chunk_mut()?,
+            acceleration: found.acceleration.first_chunk_mut()?,
+            velocity_gradient: found.velocity_gradient.as_chunks_mut().0.first_chunk_mut()?,
+            moments: found.moments.as_chunks_mut().0.as_chunks_mut().0.first_chunk_mut()?,
+        })
+    }
+}
+
 impl GatherChunk<'_> {
     /// Makes the sums.
     pub(super) fn run(self) {
@@ -120,10 +141,12 @@ impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Gather<'_
     /// Rows are `V` vectors long, or `LESS` if a node is left out that has one of its own.
     #[inline(always)]
     fn gather<X: Vectors, const V: usize, const LESS: usize>(self, vectors: X) {
-        let GatherChunk { weights, velocity, acceleration, gradients_only, start, mut found, .. } = self.0;
+        let GatherChunk { weights, velocity, acceleration, gradients_only, start, found, .. } = self.0;
+        let Some(mut found) = FoundIn::<D>::new(found) else { return };
+        let (velocity, acceleration) = (velocity.as_chunks().0, acceleration.as_chunks().0);
         // One length, known to be the same: one check per row.
         let acceleration = if A { &acceleration[..velocity.len()] } else { acceleration };
-        for i in 0..weights.len() {
+        for i in 0..weights.len().min(BLOCK - start) {
             let reached = if D > 2 { weights.reached::<WIDTH>(0, i) } else { 0..WIDTH };
             let sums = match reached.len() == WIDTH {
                 true => Self::sums::<X, V>(vectors, weights, i, reached, velocity, acceleration),
@@ -143,8 +166,8 @@ impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Gather<'_
         weights: &ChunkWeights,
         i: usize,
         reached: Range<usize>,
-        velocity: &[f64],
-        acceleration: &[f64],
+        velocity: &[[f64; D]],
+        acceleration: &[[f64; D]],
     ) -> Sums<X, D> {
         let along_x = AlongX::<X, V>::new::<M, D>(vectors, weights, i, reached.start);
         let nodes = if D > 2 { V } else { WIDTH };
@@ -154,8 +177,8 @@ impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Gather<'_
         for z in weights.layers::<D, WIDTH>(2, i) {
             let mut layer = Sums::zeros(vectors);
             for y in along_y.clone() {
-                let first = (first_node + z.offset + y.offset) as usize * D;
-                let row = first..first + nodes * D;
+                let first = (first_node + z.offset + y.offset) as usize;
+                let row = first..first + nodes;
                 let acceleration = if A { &acceleration[row.clone()] } else { acceleration };
                 let row = along_x.sum::<A, M, D>(vectors, &velocity[row], acceleration);
                 row.add_to::<A, M>(&mut layer, 1, &y);
@@ -197,19 +220,19 @@ impl<X: Vectors, const V: usize> AlongX<X, V> {
     fn sum<const A: bool, const M: bool, const D: usize>(
         &self,
         vectors: X,
-        velocity: &[f64],
-        acceleration: &[f64],
+        velocity: &[[f64; D]],
+        acceleration: &[[f64; D]],
     ) -> Sums<X, D> {
         let mut sums = Sums::zeros(vectors);
         for v in 0..V {
-            let here = vector_of_row::<X, D>(vectors, velocity, v);
+            let here = vector_of_row(vectors, velocity, v);
             sums.velocity += here * self.value[v];
             sums.gradient[0] += here * self.gradient[v];
             if M {
                 sums.moment[0] += here * self.moment[v];
             }
             if A {
-                sums.acceleration += vector_of_row::<X, D>(vectors, acceleration, v) * self.value[v];
+                sums.acceleration += vector_of_row(vectors, acceleration, v) * self.value[v];
             }
         }
         sums
@@ -218,7 +241,8 @@ impl<X: Vectors, const V: usize> AlongX<X, V> {
 
 /// Vector number `v` of a row of nodes.
 #[inline(always)]
-fn vector_of_row<X: Vectors, const D: usize>(vectors: X, numbers: &[f64], v: usize) -> Four<X> {
+fn vector_of_row<X: Vectors, const D: usize>(vectors: X, row: &[[f64; D]], v: usize) -> Four<X> {
+    let numbers = row.as_flattened();
     let start = v * nodes_per_vector(D) * D;
     if let Some(four) = numbers[start..].first_chunk() {
         return Four::new(vectors, *four);
@@ -276,7 +300,7 @@ impl<X: Vectors, const D: usize> Sums<X, D> {
 
     /// Velocity and acceleration of particle number `p` of a block.
     #[inline(always)]
-    fn give_velocity<const A: bool>(self, p: usize, block: &mut Found) {
+    fn give_velocity<const A: bool>(self, p: usize, block: &mut FoundIn<D>) {
         for (to, velocity) in block.velocity.iter_mut().zip(components::<X, D>(self.velocity)) {
             to[p] = velocity;
         }
@@ -289,14 +313,13 @@ impl<X: Vectors, const D: usize> Sums<X, D> {
 
     /// How the velocity varies around it.
     #[inline(always)]
-    fn give_variation<const M: bool>(self, p: usize, block: &mut Found) {
+    fn give_variation<const M: bool>(self, p: usize, block: &mut FoundIn<D>) {
         for j in 0..D {
             for (i, gradient) in components::<X, D>(self.gradient[j]).into_iter().enumerate() {
-                block.velocity_gradient[i * D + j][p] = gradient;
+                block.velocity_gradient[i][j][p] = gradient;
             }
             if M {
-                let column = (p * D + j) * D;
-                block.moments[column..column + D].copy_from_slice(&components::<X, D>(self.moment[j]));
+                block.moments[p][j] = components::<X, D>(self.moment[j]);
             }
         }
     }

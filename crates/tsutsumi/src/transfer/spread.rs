@@ -101,37 +101,55 @@ impl<const D: usize, const WIDTH: usize, const AROUND: bool> Spread<'_, D, WIDTH
         let SpreadChunk { weights, numbers, sources, nodes } = self.0;
         // Lengths known to be the same: one check per particle, and one per row.
         let len = sources.mass.len();
-        let sources = Sources {
-            velocity: &sources.velocity[..len * D],
+        let sources = SourcesIn {
+            mass: sources.mass,
+            velocity: &sources.velocity.as_chunks().0[..len],
             volume: &sources.volume[..len],
             stress: &sources.stress[..len],
-            ..sources
+            are_moments: sources.local_motion == LocalMotion::Moments,
+            motion: sources.motion.as_chunks().0.as_chunks().0,
         };
-        let num_nodes = nodes.mass.len();
-        let (momentum, force) = (&mut nodes.momentum[..num_nodes * D], &mut nodes.force[..num_nodes * D]);
-        let mut nodes = NodeNumbers { momentum, force, ..nodes };
+        let NodeNumbers { first, mass, momentum, force } = nodes;
+        let momentum = &mut momentum.as_chunks_mut().0[..mass.len()];
+        let force = &mut force.as_chunks_mut().0[..mass.len()];
+        let mut nodes = NodesIn { first: first as u32, mass, momentum, force };
         for (i, &p) in numbers.iter().enumerate().take(weights.len()) {
             let p = p as usize;
             let mut gifts = Gifts::<X, V, D>::new(vectors, weights, i, &sources, p);
             if AROUND {
-                gifts.go_round(vectors, weights, i, sources.momentum_gradient::<D>(weights, i, p));
+                gifts.go_round(vectors, weights, i, sources.momentum_gradient(weights, i, p));
             }
             gifts.add::<WIDTH, AROUND>(vectors, weights, i, &mut nodes);
         }
     }
 }
 
-impl Sources<'_> {
+/// [`Sources`] in so many dimensions.
+struct SourcesIn<'a, const D: usize> {
+    mass: &'a [f64],
+    velocity: &'a [[f64; D]],
+    volume: &'a [f64],
+    stress: &'a [Sym3],
+    are_moments: bool,
+    motion: &'a [[[f64; D]; D]],
+}
+
+/// [`NodeNumbers`] in so many dimensions.
+struct NodesIn<'a, const D: usize> {
+    first: u32,
+    mass: &'a mut [f64],
+    momentum: &'a mut [[f64; D]],
+    force: &'a mut [[f64; D]],
+}
+
+impl<const D: usize> SourcesIn<'_, D> {
     /// M_p times the gradient of the motion around a particle (kg/s), column by column.
     #[inline(always)]
-    fn momentum_gradient<const D: usize>(&self, weights: &ChunkWeights, i: usize, p: usize) -> [[f64; D]; D] {
-        let motion = &self.motion[p * D * D..][..D * D];
+    fn momentum_gradient(&self, weights: &ChunkWeights, i: usize, p: usize) -> [[f64; D]; D] {
+        let (mass, motion) = (self.mass[p], self.motion[p]);
         std::array::from_fn(|j| {
-            let per_spread = match self.local_motion {
-                LocalMotion::Moments => weights.inverse_spread(j, i),
-                LocalMotion::Nothing | LocalMotion::Gradient => 1.0,
-            };
-            std::array::from_fn(|i| motion[j * D + i] * (self.mass[p] * per_spread))
+            let factor = if self.are_moments { mass * weights.inverse_spread(j, i) } else { mass };
+            motion[j].map(|component| component * factor)
         })
     }
 }
@@ -148,9 +166,8 @@ struct Gifts<X: Vectors, const V: usize, const D: usize> {
 
 impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     #[inline(always)]
-    fn new(vectors: X, weights: &ChunkWeights, i: usize, from: &Sources, p: usize) -> Self {
-        let mass = from.mass[p];
-        let velocity = &from.velocity[p * D..][..D];
+    fn new(vectors: X, weights: &ChunkWeights, i: usize, from: &SourcesIn<D>, p: usize) -> Self {
+        let (mass, velocity) = (from.mass[p], from.velocity[p]);
         let stress = from.stress[p].block::<D>(-from.volume[p]);
         let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
         let gradient = Row::of_nodes(vectors, D, |k| weights.gradient(0, k, i));
@@ -170,8 +187,10 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
         let moment = Row::of_nodes(vectors, D, |k| weights.moment(0, k, i));
         let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
         self.momentum += moment * Row::of_components(vectors, columns[0]);
-        for (to, column) in self.momentum_gradient.iter_mut().zip(columns).skip(1) {
-            *to = value * Row::of_components(vectors, column);
+        for (j, column) in columns.into_iter().enumerate() {
+            if j > 0 {
+                self.momentum_gradient[j] = value * Row::of_components(vectors, column);
+            }
         }
     }
 
@@ -181,16 +200,16 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
         vectors: X,
         weights: &ChunkWeights,
         i: usize,
-        nodes: &mut NodeNumbers,
+        nodes: &mut NodesIn<D>,
     ) {
-        let first = weights.first_node(i) - nodes.first as u32;
+        let first = weights.first_node(i) - nodes.first;
         let along_y = weights.layers::<D, WIDTH>(1, i);
         for z in weights.layers::<D, WIDTH>(2, i) {
             let layer = if D > 2 { self.layer::<AROUND>(&z) } else { LayerRows::of_plane(self, vectors) };
             for y in along_y.clone() {
                 let row = (first + z.offset + y.offset) as usize;
-                (layer.mass * y.value).add_to(vectors, &mut nodes.mass[row..row + WIDTH]);
-                let row = row * D..(row + WIDTH) * D;
+                let row = row..row + WIDTH;
+                (layer.mass * y.value).add_to(vectors, &mut nodes.mass[row.clone()]);
                 let mut momentum = layer.momentum * y.value;
                 let mut force = layer.force * y.value;
                 if D > 1 {
@@ -199,8 +218,8 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
                 if AROUND && D > 1 {
                     momentum += layer.momentum_gradient * y.moment;
                 }
-                momentum.add_to(vectors, &mut nodes.momentum[row.clone()]);
-                force.add_to(vectors, &mut nodes.force[row]);
+                momentum.add_to(vectors, nodes.momentum[row.clone()].as_flattened_mut());
+                force.add_to(vectors, nodes.force[row].as_flattened_mut());
             }
         }
     }
