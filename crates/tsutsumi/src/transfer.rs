@@ -19,7 +19,7 @@ use crate::particles::{LocalMotion, Particles, Places};
 use crate::shape::{CellOnAxis, ShapeFunction};
 use crate::tensor::{Matrix, Vector};
 use bands::{Bands, NodeSums};
-use chunk::{CHUNK, ChunkWeights};
+use chunk::{CHUNK, with_weights};
 use gather::{Found, GatherChunk, gather_plainly};
 use spread::{NodeNumbers, Sources, SpreadChunk};
 use stencil::{Stencil, mean_weights};
@@ -61,7 +61,6 @@ pub struct GatheredBlock<const D: usize> {
     /// Component i, axis j.
     pub(crate) velocity_gradient: [[[f64; BLOCK]; D]; D],
     pub(crate) moments: [Matrix<D>; BLOCK],
-    weights: ChunkWeights,
 }
 
 impl<const D: usize> GatheredBlock<D> {
@@ -73,15 +72,14 @@ impl<const D: usize> GatheredBlock<D> {
             acceleration: [zeros; D],
             velocity_gradient: [[zeros; D]; D],
             moments: [Matrix::zeros(); BLOCK],
-            weights: ChunkWeights::new(),
         }
     }
 
-    /// The weights of a chunk, and what is found as plain numbers.
-    fn weights_and_found(&mut self) -> (&ChunkWeights, Found<'_>) {
-        let GatheredBlock { velocity, acceleration, velocity_gradient, moments, weights } = self;
+    /// What is found, as plain numbers.
+    fn found(&mut self) -> Found<'_> {
+        let GatheredBlock { velocity, acceleration, velocity_gradient, moments } = self;
         let (velocity_gradient, moments) = (velocity_gradient.as_flattened_mut(), bytemuck::cast_slice_mut(moments));
-        (weights, Found { velocity, acceleration, velocity_gradient, moments })
+        Found { velocity, acceleration, velocity_gradient, moments }
     }
 
     /// What particle number `p` of the block has found.
@@ -324,12 +322,14 @@ fn gather<S: ShapeFunction, const D: usize>(
     block: &mut GatheredBlock<D>,
 ) {
     let len = places.position.len().min(BLOCK);
-    for start in (0..len).step_by(CHUNK) {
-        block.weights.find(shape, grid, places, moments, start..len.min(start + CHUNK));
-        let (velocity, acceleration) = (bytemuck::cast_slice(velocity), bytemuck::cast_slice(acceleration));
-        let (weights, found) = block.weights_and_found();
-        GatherChunk { weights, velocity, acceleration, moments, gradients_only, start, found }.run();
-    }
+    let (velocity, acceleration) = (bytemuck::cast_slice(velocity), bytemuck::cast_slice(acceleration));
+    with_weights(|weights| {
+        for start in (0..len).step_by(CHUNK) {
+            weights.find(shape, grid, places, moments, start..len.min(start + CHUNK));
+            let found = block.found();
+            GatherChunk { weights, velocity, acceleration, moments, gradients_only, start, found }.run();
+        }
+    });
 }
 
 /// Adds N_I A (x_I − X_p) of a point to the nodes from number `first` on; A stands column by column.
@@ -402,18 +402,19 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         let moments = local_motion != LocalMotion::Nothing;
         let sources = Sources::new(particles, local_motion);
         Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
-            let mut weights = ChunkWeights::new();
-            for numbers in active.particles_in(slots).chunks(CHUNK) {
-                let particles_of_chunk = numbers.iter().map(|&p| p as usize);
-                weights.find(self, grid, particles.places(), moments, particles_of_chunk);
-                let nodes = NodeNumbers {
-                    first: nodes.first,
-                    mass: &mut *nodes.mass,
-                    momentum: bytemuck::cast_slice_mut(&mut *nodes.momentum),
-                    force: bytemuck::cast_slice_mut(&mut *nodes.force),
-                };
-                SpreadChunk { weights: &weights, numbers, sources, nodes }.run();
-            }
+            with_weights(|weights| {
+                for numbers in active.particles_in(slots).chunks(CHUNK) {
+                    let particles_of_chunk = numbers.iter().map(|&p| p as usize);
+                    weights.find(self, grid, particles.places(), moments, particles_of_chunk);
+                    let nodes = NodeNumbers {
+                        first: nodes.first,
+                        mass: &mut *nodes.mass,
+                        momentum: bytemuck::cast_slice_mut(&mut *nodes.momentum),
+                        force: bytemuck::cast_slice_mut(&mut *nodes.force),
+                    };
+                    SpreadChunk { weights, numbers, sources, nodes }.run();
+                }
+            });
         });
     }
 
@@ -629,18 +630,19 @@ mod tests {
         active.update(&particles.cell, |cells, touched| Transfer::<D>::touch_nodes(&shape, &grid, cells, touched));
         let (mut at_hand, mut portable) = (NodeFields::new(&grid), NodeFields::new(&grid));
         shape.particles_to_nodes(&grid, &active, &particles, LocalMotion::Moments, &mut at_hand);
-        let mut weights = ChunkWeights::new();
-        for numbers in active.particles().chunks(CHUNK) {
-            weights.find(&shape, &grid, particles.places(), true, numbers.iter().map(|&p| p as usize));
-            let nodes = NodeNumbers {
-                first: 0,
-                mass: &mut portable.mass,
-                momentum: bytemuck::cast_slice_mut(&mut portable.velocity_old),
-                force: bytemuck::cast_slice_mut(&mut portable.force),
-            };
-            let sources = Sources::new(&particles, LocalMotion::Moments);
-            Spread::<D, WIDTH, true>(SpreadChunk { weights: &weights, numbers, sources, nodes }).run(Portable);
-        }
+        let sources = Sources::new(&particles, LocalMotion::Moments);
+        with_weights(|weights| {
+            for numbers in active.particles().chunks(CHUNK) {
+                weights.find(&shape, &grid, particles.places(), true, numbers.iter().map(|&p| p as usize));
+                let nodes = NodeNumbers {
+                    first: 0,
+                    mass: &mut portable.mass,
+                    momentum: bytemuck::cast_slice_mut(&mut portable.velocity_old),
+                    force: bytemuck::cast_slice_mut(&mut portable.force),
+                };
+                Spread::<D, WIDTH, true>(SpreadChunk { weights, numbers, sources, nodes }).run(Portable);
+            }
+        });
         assert_eq!(at_hand.mass, portable.mass);
         assert_eq!((&at_hand.velocity_old, &at_hand.force), (&portable.velocity_old, &portable.force));
 
@@ -649,19 +651,21 @@ mod tests {
         let nodes =
             NodeFields { velocity: at_hand.velocity_old.clone(), acceleration: at_hand.force.clone(), ..at_hand };
         shape.gather_block(&grid, &nodes, particles.places(), wanted, &mut found);
-        for start in (0..particles.len()).step_by(CHUNK) {
-            weights.find(&shape, &grid, particles.places(), true, start..particles.len());
-            let chunk = GatherChunk {
-                weights: &weights,
-                velocity: bytemuck::cast_slice(&nodes.velocity),
-                acceleration: bytemuck::cast_slice(&nodes.acceleration),
-                moments: true,
-                gradients_only: false,
-                start,
-                found: plainly.weights_and_found().1,
-            };
-            Gather::<D, WIDTH, true, true>(chunk).run(Portable);
-        }
+        with_weights(|weights| {
+            for start in (0..particles.len()).step_by(CHUNK) {
+                weights.find(&shape, &grid, particles.places(), true, start..particles.len());
+                let chunk = GatherChunk {
+                    weights,
+                    velocity: bytemuck::cast_slice(&nodes.velocity),
+                    acceleration: bytemuck::cast_slice(&nodes.acceleration),
+                    moments: true,
+                    gradients_only: false,
+                    start,
+                    found: plainly.found(),
+                };
+                Gather::<D, WIDTH, true, true>(chunk).run(Portable);
+            }
+        });
         for p in 0..particles.len() {
             assert_eq!(found.at(p), plainly.at(p));
         }

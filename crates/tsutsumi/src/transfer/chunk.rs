@@ -1,3 +1,4 @@
+use std::cell::RefCell;
 use std::ops::Range;
 
 use crate::grid::{Grid, index_among};
@@ -9,7 +10,6 @@ use crate::shape::{CellOnAxis, MAX_WIDTH, ShapeFunction};
 pub(super) const CHUNK: usize = 32;
 
 /// The weights of some particles by rows of nodes along x; each axis for all particles at a time, in loops that become vectors.
-#[derive(Debug, Clone)]
 pub(super) struct ChunkWeights {
     /// The dimensions of space, and the nodes per axis of a cell's stencil.
     dimension: usize,
@@ -25,7 +25,6 @@ pub(super) struct ChunkWeights {
 }
 
 /// Weights along an axis: node by node, and for each particle.
-#[derive(Debug, Clone)]
 struct AlongAxis {
     /// N (–) and its gradient (1/m).
     value: [[f64; CHUNK]; MAX_WIDTH],
@@ -45,8 +44,19 @@ impl AlongAxis {
     };
 }
 
+thread_local! {
+    /// Kept by each thread: to clear them anew would cost a small body more than its sums.
+    static WEIGHTS: RefCell<ChunkWeights> = const { RefCell::new(ChunkWeights::new()) };
+}
+
+/// Lends the weights of this thread to `work`, which must not ask for them again.
+#[inline(always)]
+pub(super) fn with_weights(work: impl FnOnce(&mut ChunkWeights)) {
+    WEIGHTS.with_borrow_mut(work);
+}
+
 impl ChunkWeights {
-    pub(super) fn new() -> Self {
+    const fn new() -> Self {
         let along = [AlongAxis::ZEROS; 3];
         ChunkWeights { dimension: 0, width: 0, len: 0, first_node: [0; CHUNK], strides: [0; 3], along }
     }
