@@ -116,11 +116,12 @@ fn bytes_per_step<const D: usize>(block: &Block) -> usize {
     let vector = D * number;
     let stress = 6 * number;
     let boxes = if block.shape == "gimp" { vector } else { 0 };
-    let locate = vector + 2 * size_of::<u32>();
-    let to_nodes = 2 * vector + 2 * number + stress + boxes;
-    // Position, velocity, box, stress and volume are changed; the porosity is read.
-    let from_nodes = 2 * (3 * vector + stress + number) + number + boxes;
-    let moments = if block.update == "apic" { 2 * (D * vector + vector) + number } else { 0 };
+    // Cells are written only where one has changed.
+    let locate = vector + size_of::<u32>();
+    let to_nodes = size_of::<u32>() + 2 * vector + 2 * number + stress + boxes;
+    // Position, velocity, box, stress and volume are changed.
+    let from_nodes = 2 * (3 * vector + stress + number) + boxes;
+    let moments = if block.update == "apic" { 3 * D * vector } else { 0 };
     locate + to_nodes + from_nodes + moments
 }
 

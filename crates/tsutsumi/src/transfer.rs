@@ -1,7 +1,7 @@
 //! Sums from particles to nodes and back: one pass in each direction.
 //!
-//! [`Transfer`] is implemented for every [`ShapeFunction`]; its loops are compiled for the concrete shape function, so
-//! that choosing one at run time costs a call per pass. Sums run in the order of the particles.
+//! [`Transfer`] is implemented for every [`ShapeFunction`]: the weights of some particles at a time are found in loops that are compiled for it, so that
+//! choosing one at run time costs a call per pass. The sums know weights alone. They run cell by cell, in a cell in the order of the particles.
 
 mod bands;
 mod chunk;

@@ -8,7 +8,7 @@ use crate::grid::{Grid, NodeFields};
 use crate::lanes::{self, Four, Kernel, Vectors};
 use crate::law::BLOCK;
 use crate::particles::Places;
-use crate::shape::{MAX_WIDTH, ShapeFunction};
+use crate::shape::ShapeFunction;
 use crate::tensor::{Matrix, Vector};
 
 /// What one particle finds on the grid: the plain sums, which [`GatherBlock`] makes for a row of nodes at a time.
@@ -169,7 +169,7 @@ impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Gather<'_
         velocity: &[[f64; D]],
         acceleration: &[[f64; D]],
     ) -> Sums<X, D> {
-        let along_x = AlongX::<X, V>::new::<M, D>(vectors, weights, i, reached.start);
+        let along_x = AlongX::<X, V>::new::<M, D, WIDTH>(vectors, weights, i, reached.start);
         let nodes = if D > 2 { V } else { WIDTH };
         let first_node = weights.first_node(i) + reached.start as u32;
         let along_y = weights.layers::<D, WIDTH>(1, i);
@@ -198,14 +198,24 @@ struct AlongX<X: Vectors, const V: usize> {
 
 impl<X: Vectors, const V: usize> AlongX<X, V> {
     #[inline(always)]
-    fn new<const M: bool, const D: usize>(vectors: X, weights: &ChunkWeights, i: usize, start: usize) -> Self {
+    fn new<const M: bool, const D: usize, const WIDTH: usize>(
+        vectors: X,
+        weights: &ChunkWeights,
+        i: usize,
+        start: usize,
+    ) -> Self {
         let zeros = [Four::splat(vectors, 0.0); V];
         let mut along = AlongX { value: zeros, gradient: zeros, moment: zeros };
         for v in 0..V {
-            let node =
-                |lane: usize| (start + v * nodes_per_vector(D) + (lane / D).min(nodes_per_vector(D) - 1)) % MAX_WIDTH;
-            let spread =
-                |of: &dyn Fn(usize) -> f64| Four::new(vectors, [of(node(0)), of(node(1)), of(node(2)), of(node(3))]);
+            let first = start + v * nodes_per_vector(D);
+            let spread = |of: &dyn Fn(usize) -> f64| {
+                // A vector may be longer than what is left of the row.
+                let at = |lane: usize| match first + (lane / D).min(nodes_per_vector(D) - 1) {
+                    node if node < WIDTH => of(node),
+                    _ => 0.0,
+                };
+                Four::new(vectors, [at(0), at(1), at(2), at(3)])
+            };
             along.value[v] = spread(&|k| weights.value(0, k, i));
             along.gradient[v] = spread(&|k| weights.gradient(0, k, i));
             if M {
