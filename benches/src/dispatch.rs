@@ -138,7 +138,6 @@ where
         for start in (0..self.particles.len()).step_by(BLOCK) {
             self.follow(start, dt, &mut at_particles, &mut increments);
         }
-        debug_assert!(self.particles.porosity.iter().all(|&porosity| porosity >= 0.0));
         Ok(())
     }
 }

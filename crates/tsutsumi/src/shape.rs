@@ -40,7 +40,7 @@ pub struct CellOnAxis {
 /// point does not reach get zeros.
 #[doc(alias = "Eq. (7)")]
 pub trait ShapeFunction: Send + Sync + 'static {
-    /// Nodes per axis in the stencil of a cell, at most [`MAX_WIDTH`].
+    /// Nodes per axis in the stencil of a cell, from 2 to [`MAX_WIDTH`].
     const WIDTH: usize;
 
     /// How far the boxes of a cell's points may reach beyond it (spacings); 0 where boxes play no part.

@@ -3,7 +3,7 @@
 use std::ops::Range;
 
 use super::coupled::FaceFlow;
-use super::lattice::{Lattice, Offset, Place};
+use super::lattice::{Lattice, NO_CELL, Offset, Place};
 use super::stencil_matrix::{Columns, GRAIN, StencilMatrix};
 use crate::parallel;
 use crate::tensor::Vector;
@@ -27,9 +27,6 @@ pub(super) struct Parts<'a, const D: usize> {
     /// Whose upper faces the lower ones of every cell are.
     pub(super) below: &'a [[u32; D]],
 }
-
-/// Marks a site without a cell.
-pub(super) const NO_CELL: u32 = u32::MAX;
 
 /// Replaces the entries of a matrix by those of L + K_vᵀ (c/M) K_v, plus `own` of each cell on the diagonal, for stencils of `width` nodes per axis.
 pub(super) fn assemble<const D: usize>(

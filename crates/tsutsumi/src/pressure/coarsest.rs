@@ -1,7 +1,7 @@
 //! The direct solver of the multigrid cycle's last level.
 
 use super::envelope::{BadPivot, Envelope};
-use super::lattice::Lattice;
+use super::lattice::{Lattice, NO_CELL};
 use super::stencil_matrix::StencilMatrix;
 
 /// A matrix on a small lattice, factorised.
@@ -14,18 +14,10 @@ pub(super) struct Coarsest {
     values: Vec<f64>,
 }
 
-const NO_CELL: u32 = u32::MAX;
-
 impl Coarsest {
     /// Makes room for the cells of a lattice.
     pub(super) fn rebuild(&mut self, lattice: &Lattice) {
-        self.cell_of_site.clear();
-        self.cell_of_site.resize(lattice.num_sites(), NO_CELL);
-        for run in lattice.runs() {
-            for number in 0..run.len {
-                self.cell_of_site[run.site + number] = (run.slot + number) as u32;
-            }
-        }
+        lattice.list_cells(&mut self.cell_of_site);
         self.values.clear();
         self.values.resize(lattice.num_cells(), 0.0);
         let Coarsest { factor, cell_of_site, .. } = self;

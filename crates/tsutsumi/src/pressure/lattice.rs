@@ -8,6 +8,9 @@ use crate::parallel::{self, Pieces};
 /// The numbers of a cell along the axes; 0 along those that there are not.
 pub(super) type Place = [i32; 3];
 
+/// Marks a site without a cell.
+pub(super) const NO_CELL: u32 = u32::MAX;
+
 /// Cells next to each other along x.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) struct Run {
@@ -204,6 +207,17 @@ impl Lattice {
     pub(super) fn shift(&self, run: usize, offset: &Offset) -> [isize; 2] {
         let [above, below] = self.shifts[run * self.num_lines + offset.line];
         [above + offset.to[0] as isize, below - offset.to[0] as isize]
+    }
+
+    /// Lists the cell at each site, [`NO_CELL`] where there is none.
+    pub(super) fn list_cells(&self, cell_of_site: &mut Vec<u32>) {
+        cell_of_site.clear();
+        cell_of_site.resize(self.num_sites, NO_CELL);
+        for run in &self.runs {
+            for number in 0..run.len {
+                cell_of_site[run.site + number] = (run.slot + number) as u32;
+            }
+        }
     }
 
     /// How many cells there are before that at a site.

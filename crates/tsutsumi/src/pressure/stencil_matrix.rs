@@ -5,6 +5,7 @@ use std::ops::Range;
 use nalgebra::RealField;
 
 use super::lattice::Lattice;
+use crate::parallel::vectorized;
 
 /// Sites in a piece of a loop: the work on one piece fills some microseconds, its values fit the nearest caches.
 pub(super) const GRAIN: usize = 4096;
@@ -54,10 +55,13 @@ impl<T: RealField + Copy> StencilMatrix<T> {
     /// The rows `sites` of A x, into `product` (of that length), for `x` that is zero at sites without a cell. Those between cells get a zero, the
     /// others are left as they are.
     pub(super) fn multiply(&self, lattice: &Lattice, sites: Range<usize>, x: &[T], product: &mut [T]) {
-        let machine = pulp::Arch::new();
         self.visit_strips(lattice, &sites, |run, from, len| {
             let product = &mut product[from - sites.start..][..len];
-            machine.dispatch(Strip { matrix: self, lattice, run, from, x, product });
+            let strip = Strip { matrix: self, lattice, run, from, x, product };
+            vectorized(
+                #[inline(always)]
+                || strip.multiply(),
+            );
         });
     }
 
@@ -135,11 +139,9 @@ struct Strip<'a, T> {
 const LANES: usize = 16;
 const FEW_LANES: usize = 4;
 
-impl<T: RealField + Copy> pulp::WithSimd for Strip<'_, T> {
-    type Output = ();
-
+impl<T: RealField + Copy> Strip<'_, T> {
     #[inline(always)]
-    fn with_simd<S: pulp::Simd>(self, _: S) {
+    fn multiply(self) {
         let Strip { matrix, lattice, run, from, x, product } = self;
         let len = product.len();
         let own = &x[from..][..len];

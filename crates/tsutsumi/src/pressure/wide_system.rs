@@ -1,7 +1,7 @@
 //! The pressure system of wide bodies: an assembled matrix, conjugate gradients, multigrid.
 
 use super::StepView;
-use super::assembly::{NO_CELL, Parts, assemble};
+use super::assembly::{Parts, assemble};
 use super::checkerboard::Checkerboard;
 use super::conjugate_gradient::{Breakdown, ConjugateGradient, System};
 use super::coupled::FaceFlow;
@@ -78,14 +78,10 @@ impl WideSystem {
     }
 
     fn number_sites(&mut self) {
-        self.cell_of_site.clear();
-        self.cell_of_site.resize(self.lattice.num_sites(), NO_CELL);
+        self.lattice.list_cells(&mut self.cell_of_site);
         self.site_of_cell.clear();
         for run in self.lattice.runs() {
-            for number in 0..run.len {
-                self.cell_of_site[run.site + number] = (run.slot + number) as u32;
-                self.site_of_cell.push((run.site + number) as u32);
-            }
+            self.site_of_cell.extend(run.site as u32..(run.site + run.len) as u32);
         }
     }
 

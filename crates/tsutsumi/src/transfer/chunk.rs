@@ -1,6 +1,7 @@
 use std::cell::RefCell;
 use std::ops::Range;
 
+use super::stencil::inverse_of_spread;
 use crate::grid::{Grid, index_among};
 use crate::parallel::vectorized;
 use crate::particles::Places;
@@ -22,6 +23,12 @@ pub(super) struct ChunkWeights {
     strides: [u32; 3],
     /// Those beyond the dimensions of space mean nothing.
     along: [AlongAxis; 3],
+}
+
+/// Work on a chunk of particles whose weights are known.
+pub(super) trait ChunkWork {
+    /// Does it in `D` dimensions, for stencils of `WIDTH` nodes per axis.
+    fn run_with<const D: usize, const WIDTH: usize>(self);
 }
 
 /// Weights along an axis: node by node, and for each particle.
@@ -61,14 +68,19 @@ impl ChunkWeights {
         ChunkWeights { dimension: 0, width: 0, len: 0, first_node: [0; CHUNK], strides: [0; 3], along }
     }
 
-    /// The dimensions of space.
-    pub(super) fn dimension(&self) -> usize {
-        self.dimension
-    }
-
-    /// Nodes per axis in the stencil of a cell.
-    pub(super) fn width(&self) -> usize {
-        self.width
+    /// Does work that is compiled for every dimension of space and width of a stencil.
+    pub(super) fn choose(&self, work: impl ChunkWork) {
+        match (self.dimension, self.width) {
+            (1, 2) => work.run_with::<1, 2>(),
+            (1, 3) => work.run_with::<1, 3>(),
+            (1, _) => work.run_with::<1, 4>(),
+            (2, 2) => work.run_with::<2, 2>(),
+            (2, 3) => work.run_with::<2, 3>(),
+            (2, _) => work.run_with::<2, 4>(),
+            (_, 2) => work.run_with::<3, 2>(),
+            (_, 3) => work.run_with::<3, 3>(),
+            (_, _) => work.run_with::<3, 4>(),
+        }
     }
 
     /// The number of particles.
@@ -87,6 +99,7 @@ impl ChunkWeights {
         moments: bool,
         particles: impl Iterator<Item = usize>,
     ) {
+        const { assert!(S::WIDTH > 1 && S::WIDTH <= MAX_WIDTH, "a stencil has 2 to MAX_WIDTH nodes along an axis") };
         vectorized(
             #[inline(always)]
             || match moments {
@@ -144,8 +157,6 @@ impl ChunkWeights {
         let (spacing, inverse_spacing) = (grid.spacing()[axis], grid.inverse_spacing()[axis]);
         self.strides[axis] = stride;
         let along = &mut self.along[axis];
-        // Nearer than this to a grid line the moment is lost in round-off.
-        let least_spread = 1e-12 * spacing * spacing;
         for i in 0..CHUNK {
             let at = CellOnAxis { cell: index_among(num_cells, place[i]), num_cells };
             let weights = shape.weights(at, place[i], half_size[i]);
@@ -163,7 +174,7 @@ impl ChunkWeights {
                 }
             }
             if MOMENTS {
-                along.inverse_spread[i] = if spread > least_spread { 1.0 / spread } else { 0.0 };
+                along.inverse_spread[i] = inverse_of_spread(spread, spacing);
             }
         }
     }

@@ -1,7 +1,7 @@
 use std::ops::Range;
 
 use super::Gathered;
-use super::chunk::{ChunkWeights, Layer};
+use super::chunk::{ChunkWeights, ChunkWork, Layer};
 use super::rows::first_lanes;
 use super::stencil::Stencil;
 use crate::grid::{Grid, NodeFields};
@@ -87,21 +87,11 @@ impl<'a, const D: usize> FoundIn<'a, D> {
 impl GatherChunk<'_> {
     /// Makes the sums.
     pub(super) fn run(self) {
-        match self.weights.dimension() {
-            1 => self.run_in::<1>(),
-            2 => self.run_in::<2>(),
-            _ => self.run_in::<3>(),
-        }
+        self.weights.choose(self);
     }
+}
 
-    fn run_in<const D: usize>(self) {
-        match self.weights.width() {
-            2 => self.run_with::<D, 2>(),
-            3 => self.run_with::<D, 3>(),
-            _ => self.run_with::<D, 4>(),
-        }
-    }
-
+impl ChunkWork for GatherChunk<'_> {
     fn run_with<const D: usize, const WIDTH: usize>(self) {
         match (self.acceleration.is_empty(), self.moments) {
             (true, false) => lanes::run(Gather::<D, WIDTH, false, false>(self)),

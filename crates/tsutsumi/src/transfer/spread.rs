@@ -1,4 +1,4 @@
-use super::chunk::{ChunkWeights, Layer};
+use super::chunk::{ChunkWeights, ChunkWork, Layer};
 use super::rows::Row;
 
 use crate::lanes::{self, Kernel, Vectors};
@@ -55,21 +55,11 @@ pub(super) struct NodeNumbers<'a> {
 impl SpreadChunk<'_> {
     /// Makes the sums.
     pub(super) fn run(self) {
-        match self.weights.dimension() {
-            1 => self.run_in::<1>(),
-            2 => self.run_in::<2>(),
-            _ => self.run_in::<3>(),
-        }
+        self.weights.choose(self);
     }
+}
 
-    fn run_in<const D: usize>(self) {
-        match self.weights.width() {
-            2 => self.run_with::<D, 2>(),
-            3 => self.run_with::<D, 3>(),
-            _ => self.run_with::<D, 4>(),
-        }
-    }
-
+impl ChunkWork for SpreadChunk<'_> {
     fn run_with<const D: usize, const WIDTH: usize>(self) {
         match self.sources.local_motion {
             LocalMotion::Nothing => lanes::run(Spread::<D, WIDTH, false>(self)),

@@ -100,13 +100,13 @@ impl<const D: usize> Stencil<D> {
         arm
     }
 
-    /// One over the diagonal of D_p = Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (1/m²), see [`ChunkWeights::inverse_spread`](super::chunk).
+    /// One over the diagonal of D_p = Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (1/m²), see [`inverse_of_spread`].
     #[inline(always)]
     pub(super) fn inverse_spread<S: ShapeFunction>(&self, spacing: &Vector<D>) -> [f64; D] {
         std::array::from_fn(|axis| {
             let arm = |k: usize| (self.to_first[axis] + f64::from(k as u32)) * spacing[axis];
-            let spread: f64 = (0..S::WIDTH).map(|k| self.weights[axis].value[k] * arm(k) * arm(k)).sum();
-            if spread > 1e-12 * spacing[axis] * spacing[axis] { 1.0 / spread } else { 0.0 }
+            let spread = (0..S::WIDTH).map(|k| self.weights[axis].value[k] * arm(k) * arm(k)).sum();
+            inverse_of_spread(spread, spacing[axis])
         })
     }
 
@@ -130,6 +130,13 @@ impl<const D: usize> Stencil<D> {
         }
         row
     }
+}
+
+/// One over Σ_I N_I (x_I − X_p)² along an axis (1/m²). Zero nearer to a grid line than this, with nodes on neither side: the moment is lost in
+/// round-off.
+#[inline(always)]
+pub(super) fn inverse_of_spread(spread: f64, spacing: f64) -> f64 {
+    if spread > 1e-12 * spacing * spacing { 1.0 / spread } else { 0.0 }
 }
 
 /// Nodes along x that follow each other.
