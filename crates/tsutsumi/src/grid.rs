@@ -225,9 +225,7 @@ impl<const D: usize> Grid<D> {
             let mut number = 0.0;
             for axis in (0..D).rev() {
                 all_inside &= (place[axis] >= 0.0) & (place[axis] <= counts[axis]);
-                let index = place[axis].floor();
-                let last = counts[axis] - 1.0;
-                number = number * counts[axis] + if index < last { index } else { last };
+                number = number * counts[axis] + whole_below(counts[axis], place[axis]);
             }
             *found = low_bits(number);
         }
@@ -396,6 +394,21 @@ fn low_bits(number: f64) -> u32 {
 pub(crate) fn index_among(cells: usize, in_spacings: f64) -> usize {
     // Fewer than 2³⁰ cells: 32 bits are enough, and faster.
     (in_spacings as i32).clamp(0, cells as i32 - 1) as usize
+}
+
+/// The same in loops for vectors, which know no rounding to numbers of 32 bits that saturates.
+#[inline(always)]
+pub(crate) fn index_among_in_vectors(cells: usize, in_spacings: f64) -> usize {
+    let index = whole_below(f64::from(cells as u32), in_spacings);
+    // Fewer than 2³⁰ cells: the compiler may convert it as a signed number.
+    (low_bits(if index > 0.0 { index } else { 0.0 }) & (u32::MAX >> 2)) as usize
+}
+
+/// The whole number at or below a place, or the last one below `count`.
+#[inline(always)]
+fn whole_below(count: f64, place: f64) -> f64 {
+    let (index, last) = (place.floor(), count - 1.0);
+    if index < last { index } else { last }
 }
 
 /// Component by component.

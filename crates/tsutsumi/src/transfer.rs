@@ -5,6 +5,7 @@
 
 mod bands;
 mod chunk;
+mod corners;
 mod gather;
 mod rows;
 mod spread;
@@ -332,6 +333,14 @@ fn gather<S: ShapeFunction, const D: usize>(
     });
 }
 
+/// The range of numbers that follow each other: particles that lie in the order of their cells, whose fields are read in vectors.
+#[inline(always)]
+fn consecutive(numbers: &[u32]) -> Option<Range<usize>> {
+    let first = *numbers.first()?;
+    let gaps = (first..).zip(numbers).fold(0, |bits, (expected, &number)| bits | (expected ^ number));
+    (gaps == 0).then(|| first as usize..first as usize + numbers.len())
+}
+
 /// Adds N_I A (x_I − X_p) of a point to the nodes from number `first` on; A stands column by column.
 #[inline(always)]
 fn add_affine<S: ShapeFunction, const D: usize>(
@@ -404,8 +413,13 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
             with_weights(|weights| {
                 for numbers in active.particles_in(slots).chunks(CHUNK) {
-                    let particles_of_chunk = numbers.iter().map(|&p| p as usize);
-                    weights.find(self, grid, particles.places(), moments, particles_of_chunk);
+                    match consecutive(numbers) {
+                        Some(range) => weights.find(self, grid, particles.places(), moments, range),
+                        None => {
+                            let particles_of_chunk = numbers.iter().map(|&p| p as usize);
+                            weights.find(self, grid, particles.places(), moments, particles_of_chunk);
+                        }
+                    }
                     let nodes = NodeNumbers {
                         first: nodes.first,
                         mass: &mut *nodes.mass,

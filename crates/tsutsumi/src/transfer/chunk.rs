@@ -2,13 +2,16 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 use super::stencil::inverse_of_spread;
-use crate::grid::{Grid, index_among};
+use crate::grid::{Grid, index_among_in_vectors};
 use crate::parallel::vectorized;
 use crate::particles::Places;
 use crate::shape::{CellOnAxis, MAX_WIDTH, ShapeFunction};
 
 /// Particles whose weights are found at a time.
 pub(super) const CHUNK: usize = 32;
+
+/// Room for them and for what stands in a vector with the last of them.
+const ROOM: usize = CHUNK + 3;
 
 /// The weights of some particles by rows of nodes along x; each axis for all particles at a time, in loops that become vectors.
 pub(super) struct ChunkWeights {
@@ -27,26 +30,29 @@ pub(super) struct ChunkWeights {
 
 /// Work on a chunk of particles whose weights are known.
 pub(super) trait ChunkWork {
-    /// Does it in `D` dimensions, for stencils of `WIDTH` nodes per axis.
-    fn run_with<const D: usize, const WIDTH: usize>(self);
+    /// Does it in `D` dimensions where the stencil of a cell is its corners.
+    fn run_with_corners<const D: usize>(self);
+
+    /// Does it in `D` dimensions for stencils of `WIDTH` nodes per axis, at least three.
+    fn run_with_rows<const D: usize, const WIDTH: usize>(self);
 }
 
 /// Weights along an axis: node by node, and for each particle.
 struct AlongAxis {
     /// N (–) and its gradient (1/m).
-    value: [[f64; CHUNK]; MAX_WIDTH],
-    gradient: [[f64; CHUNK]; MAX_WIDTH],
+    value: [[f64; ROOM]; MAX_WIDTH],
+    gradient: [[f64; ROOM]; MAX_WIDTH],
     /// N (x_I − X_p) (m).
-    moment: [[f64; CHUNK]; MAX_WIDTH],
+    moment: [[f64; ROOM]; MAX_WIDTH],
     /// One over Σ_I N (x_I − X_p)² (1/m²), or 0.
     inverse_spread: [f64; CHUNK],
 }
 
 impl AlongAxis {
     const ZEROS: Self = AlongAxis {
-        value: [[0.0; CHUNK]; MAX_WIDTH],
-        gradient: [[0.0; CHUNK]; MAX_WIDTH],
-        moment: [[0.0; CHUNK]; MAX_WIDTH],
+        value: [[0.0; ROOM]; MAX_WIDTH],
+        gradient: [[0.0; ROOM]; MAX_WIDTH],
+        moment: [[0.0; ROOM]; MAX_WIDTH],
         inverse_spread: [0.0; CHUNK],
     };
 }
@@ -71,15 +77,15 @@ impl ChunkWeights {
     /// Does work that is compiled for every dimension of space and width of a stencil.
     pub(super) fn choose(&self, work: impl ChunkWork) {
         match (self.dimension, self.width) {
-            (1, 2) => work.run_with::<1, 2>(),
-            (1, 3) => work.run_with::<1, 3>(),
-            (1, _) => work.run_with::<1, 4>(),
-            (2, 2) => work.run_with::<2, 2>(),
-            (2, 3) => work.run_with::<2, 3>(),
-            (2, _) => work.run_with::<2, 4>(),
-            (_, 2) => work.run_with::<3, 2>(),
-            (_, 3) => work.run_with::<3, 3>(),
-            (_, _) => work.run_with::<3, 4>(),
+            (1, 2) => work.run_with_corners::<1>(),
+            (1, 3) => work.run_with_rows::<1, 3>(),
+            (1, _) => work.run_with_rows::<1, 4>(),
+            (2, 2) => work.run_with_corners::<2>(),
+            (2, 3) => work.run_with_rows::<2, 3>(),
+            (2, _) => work.run_with_rows::<2, 4>(),
+            (_, 2) => work.run_with_corners::<3>(),
+            (_, 3) => work.run_with_rows::<3, 3>(),
+            (_, _) => work.run_with_rows::<3, 4>(),
         }
     }
 
@@ -158,7 +164,7 @@ impl ChunkWeights {
         self.strides[axis] = stride;
         let along = &mut self.along[axis];
         for i in 0..CHUNK {
-            let at = CellOnAxis { cell: index_among(num_cells, place[i]), num_cells };
+            let at = CellOnAxis { cell: index_among_in_vectors(num_cells, place[i]), num_cells };
             let weights = shape.weights(at, place[i], half_size[i]);
             let first = shape.first_node(at) as u32;
             first_node[i] += first * stride;
@@ -203,6 +209,30 @@ impl ChunkWeights {
         self.along[axis].moment[k][i]
     }
 
+    /// N (–) of node `k` along an axis for four particles from number `i` on. After the last particle stands anything.
+    #[inline(always)]
+    pub(super) fn values(&self, axis: usize, k: usize, i: usize) -> [f64; 4] {
+        four_from(&self.along[axis].value[k], i)
+    }
+
+    /// The gradients along the axis (1/m).
+    #[inline(always)]
+    pub(super) fn gradients(&self, axis: usize, k: usize, i: usize) -> [f64; 4] {
+        four_from(&self.along[axis].gradient[k], i)
+    }
+
+    /// N times the ways from the particles to the node along the axis (m).
+    #[inline(always)]
+    pub(super) fn moments(&self, axis: usize, k: usize, i: usize) -> [f64; 4] {
+        four_from(&self.along[axis].moment[k], i)
+    }
+
+    /// From a node to the next one along an axis.
+    #[inline(always)]
+    pub(super) fn stride(&self, axis: usize) -> u32 {
+        self.strides[axis]
+    }
+
     /// One over the diagonal of D_p = Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (1/m²): shape functions are products over the axes whose values sum
     /// to 1. Zero along an axis where the particle lies on a grid line, with nodes on neither side.
     #[inline(always)]
@@ -242,6 +272,14 @@ impl ChunkWeights {
             false => Layer { offset: 0, value: 1.0, gradient: 0.0, moment: 0.0 },
         })
     }
+}
+
+/// Four numbers from that of particle number `i` on.
+#[inline(always)]
+fn four_from(numbers: &[f64; ROOM], i: usize) -> [f64; 4] {
+    // Known to be within the room: no check is left.
+    let i = i.min(CHUNK - 1);
+    [numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]]
 }
 
 /// Rows with the same place along an axis other than x.

@@ -2,6 +2,7 @@ use std::ops::Range;
 
 use super::Gathered;
 use super::chunk::{ChunkWeights, ChunkWork, Layer};
+use super::corners::GatherCorners;
 use super::rows::first_lanes;
 use super::stencil::Stencil;
 use crate::grid::{Grid, NodeFields};
@@ -64,17 +65,17 @@ pub(super) struct Found<'a> {
 }
 
 /// [`Found`] in so many dimensions.
-struct FoundIn<'a, const D: usize> {
-    velocity: &'a mut [[f64; BLOCK]; D],
-    acceleration: &'a mut [[f64; BLOCK]; D],
-    velocity_gradient: &'a mut [[[f64; BLOCK]; D]; D],
-    moments: &'a mut [[[f64; D]; D]; BLOCK],
+pub(super) struct FoundIn<'a, const D: usize> {
+    pub(super) velocity: &'a mut [[f64; BLOCK]; D],
+    pub(super) acceleration: &'a mut [[f64; BLOCK]; D],
+    pub(super) velocity_gradient: &'a mut [[[f64; BLOCK]; D]; D],
+    pub(super) moments: &'a mut [[[f64; D]; D]; BLOCK],
 }
 
 impl<'a, const D: usize> FoundIn<'a, D> {
     /// None if something has another length than a block has in so many dimensions.
     #[inline(always)]
-    fn new(found: Found<'a>) -> Option<Self> {
+    pub(super) fn new(found: Found<'a>) -> Option<Self> {
         Some(FoundIn {
             velocity: found.velocity.first_chunk_mut()?,
             acceleration: found.acceleration.first_chunk_mut()?,
@@ -92,7 +93,16 @@ impl GatherChunk<'_> {
 }
 
 impl ChunkWork for GatherChunk<'_> {
-    fn run_with<const D: usize, const WIDTH: usize>(self) {
+    fn run_with_corners<const D: usize>(self) {
+        match (self.acceleration.is_empty(), self.moments) {
+            (true, false) => lanes::run(GatherCorners::<D, false, false>(self)),
+            (false, false) => lanes::run(GatherCorners::<D, true, false>(self)),
+            (true, true) => lanes::run(GatherCorners::<D, false, true>(self)),
+            (false, true) => lanes::run(GatherCorners::<D, true, true>(self)),
+        }
+    }
+
+    fn run_with_rows<const D: usize, const WIDTH: usize>(self) {
         match (self.acceleration.is_empty(), self.moments) {
             (true, false) => lanes::run(Gather::<D, WIDTH, false, false>(self)),
             (false, false) => lanes::run(Gather::<D, WIDTH, true, false>(self)),
@@ -108,7 +118,7 @@ pub(super) struct Gather<'a, const D: usize, const WIDTH: usize, const A: bool, 
 );
 
 impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Kernel for Gather<'_, D, WIDTH, A, M> {
-    const MANY_NUMBERS: bool = WIDTH > 2;
+    const MANY_NUMBERS: bool = true;
 
     #[inline(always)]
     fn run<X: Vectors>(self, vectors: X) {

@@ -26,7 +26,7 @@ impl<X: Vectors, const V: usize> Row<X, V> {
     }
 
     #[inline(always)]
-    fn from_fn(vectors: X, at: impl Fn(usize) -> f64) -> Self {
+    pub(super) fn from_fn(vectors: X, at: impl Fn(usize) -> f64) -> Self {
         let mut row = Row::zeros(vectors);
         for v in 0..V {
             row.0[v] = Four::new(vectors, [at(4 * v), at(4 * v + 1), at(4 * v + 2), at(4 * v + 3)]);

@@ -1,6 +1,6 @@
 use super::chunk::{ChunkWeights, ChunkWork, Layer};
+use super::corners::SpreadCorners;
 use super::rows::Row;
-
 use crate::lanes::{self, Kernel, Vectors};
 use crate::particles::{LocalMotion, Particles};
 use crate::tensor::Sym3;
@@ -60,7 +60,14 @@ impl SpreadChunk<'_> {
 }
 
 impl ChunkWork for SpreadChunk<'_> {
-    fn run_with<const D: usize, const WIDTH: usize>(self) {
+    fn run_with_corners<const D: usize>(self) {
+        match self.sources.local_motion {
+            LocalMotion::Nothing => lanes::run(SpreadCorners::<D, false>(self)),
+            LocalMotion::Moments | LocalMotion::Gradient => lanes::run(SpreadCorners::<D, true>(self)),
+        }
+    }
+
+    fn run_with_rows<const D: usize, const WIDTH: usize>(self) {
         match self.sources.local_motion {
             LocalMotion::Nothing => lanes::run(Spread::<D, WIDTH, false>(self)),
             LocalMotion::Moments | LocalMotion::Gradient => lanes::run(Spread::<D, WIDTH, true>(self)),
@@ -72,7 +79,7 @@ impl ChunkWork for SpreadChunk<'_> {
 pub(super) struct Spread<'a, const D: usize, const WIDTH: usize, const AROUND: bool>(pub(super) SpreadChunk<'a>);
 
 impl<const D: usize, const WIDTH: usize, const AROUND: bool> Kernel for Spread<'_, D, WIDTH, AROUND> {
-    const MANY_NUMBERS: bool = WIDTH > 2;
+    const MANY_NUMBERS: bool = true;
 
     #[inline(always)]
     fn run<X: Vectors>(self, vectors: X) {
@@ -89,20 +96,7 @@ impl<const D: usize, const WIDTH: usize, const AROUND: bool> Spread<'_, D, WIDTH
     #[inline(always)]
     fn add<X: Vectors, const V: usize>(self, vectors: X) {
         let SpreadChunk { weights, numbers, sources, nodes } = self.0;
-        // Lengths known to be the same: one check per particle, and one per row.
-        let len = sources.mass.len();
-        let sources = SourcesIn {
-            mass: sources.mass,
-            velocity: &sources.velocity.as_chunks().0[..len],
-            volume: &sources.volume[..len],
-            stress: &sources.stress[..len],
-            are_moments: sources.local_motion == LocalMotion::Moments,
-            motion: sources.motion.as_chunks().0.as_chunks().0,
-        };
-        let NodeNumbers { first, mass, momentum, force } = nodes;
-        let momentum = &mut momentum.as_chunks_mut().0[..mass.len()];
-        let force = &mut force.as_chunks_mut().0[..mass.len()];
-        let mut nodes = NodesIn { first: first as u32, mass, momentum, force };
+        let (sources, mut nodes) = (SourcesIn::<D>::new(&sources), NodesIn::<D>::new(nodes));
         for (i, &p) in numbers.iter().enumerate().take(weights.len()) {
             let p = p as usize;
             let mut gifts = Gifts::<X, V, D>::new(vectors, weights, i, &sources, p);
@@ -115,27 +109,52 @@ impl<const D: usize, const WIDTH: usize, const AROUND: bool> Spread<'_, D, WIDTH
 }
 
 /// [`Sources`] in so many dimensions.
-struct SourcesIn<'a, const D: usize> {
-    mass: &'a [f64],
-    velocity: &'a [[f64; D]],
-    volume: &'a [f64],
-    stress: &'a [Sym3],
+pub(super) struct SourcesIn<'a, const D: usize> {
+    pub(super) mass: &'a [f64],
+    pub(super) velocity: &'a [[f64; D]],
+    pub(super) volume: &'a [f64],
+    pub(super) stress: &'a [Sym3],
     are_moments: bool,
     motion: &'a [[[f64; D]; D]],
 }
 
 /// [`NodeNumbers`] in so many dimensions.
-struct NodesIn<'a, const D: usize> {
-    first: u32,
-    mass: &'a mut [f64],
-    momentum: &'a mut [[f64; D]],
-    force: &'a mut [[f64; D]],
+pub(super) struct NodesIn<'a, const D: usize> {
+    pub(super) first: u32,
+    pub(super) mass: &'a mut [f64],
+    pub(super) momentum: &'a mut [[f64; D]],
+    pub(super) force: &'a mut [[f64; D]],
 }
 
-impl<const D: usize> SourcesIn<'_, D> {
+impl<'a, const D: usize> NodesIn<'a, D> {
+    #[inline(always)]
+    pub(super) fn new(nodes: NodeNumbers<'a>) -> Self {
+        let NodeNumbers { first, mass, momentum, force } = nodes;
+        // Lengths known to be the same: one check per row.
+        let momentum = &mut momentum.as_chunks_mut().0[..mass.len()];
+        let force = &mut force.as_chunks_mut().0[..mass.len()];
+        NodesIn { first: first as u32, mass, momentum, force }
+    }
+}
+
+impl<'a, const D: usize> SourcesIn<'a, D> {
+    #[inline(always)]
+    pub(super) fn new(sources: &Sources<'a>) -> Self {
+        // Lengths known to be the same: one check per particle.
+        let len = sources.mass.len();
+        SourcesIn {
+            mass: sources.mass,
+            velocity: &sources.velocity.as_chunks().0[..len],
+            volume: &sources.volume[..len],
+            stress: &sources.stress[..len],
+            are_moments: sources.local_motion == LocalMotion::Moments,
+            motion: sources.motion.as_chunks().0.as_chunks().0,
+        }
+    }
+
     /// M_p times the gradient of the motion around a particle (kg/s), column by column.
     #[inline(always)]
-    fn momentum_gradient(&self, weights: &ChunkWeights, i: usize, p: usize) -> [[f64; D]; D] {
+    pub(super) fn momentum_gradient(&self, weights: &ChunkWeights, i: usize, p: usize) -> [[f64; D]; D] {
         let (mass, motion) = (self.mass[p], self.motion[p]);
         std::array::from_fn(|j| {
             let factor = if self.are_moments { mass * weights.inverse_spread(j, i) } else { mass };

@@ -1,0 +1,374 @@
+//! The sums where the stencil of a cell is its corners: linear shape functions.
+//!
+//! Particles follow each other cell by cell. Those of a cell give to and take from the same few nodes, whose numbers stay in registers meanwhile.
+
+use super::chunk::ChunkWeights;
+use super::gather::{FoundIn, GatherChunk};
+use super::rows::Row;
+use super::spread::{NodesIn, SourcesIn, SpreadChunk};
+use crate::lanes::{Four, Kernel, Vectors};
+use crate::law::BLOCK;
+
+/// Adds the sums of Eqs. (5) and (10) over a chunk of particles to the nodes, each corner of a face of the cell in a lane.
+pub(super) struct SpreadCorners<'a, const D: usize, const AROUND: bool>(pub(super) SpreadChunk<'a>);
+
+impl<const D: usize, const AROUND: bool> Kernel for SpreadCorners<'_, D, AROUND> {
+    const MANY_NUMBERS: bool = D > 2;
+
+    #[inline(always)]
+    fn run<X: Vectors>(self, vectors: X) {
+        // The compiler knows which one it is, and so the length of every loop.
+        match D {
+            1 => self.add::<X, 1, 1>(vectors),
+            2 => self.add::<X, 1, 1>(vectors),
+            _ => self.add::<X, 2, 2>(vectors),
+        }
+    }
+}
+
+impl<const D: usize, const AROUND: bool> SpreadCorners<'_, D, AROUND> {
+    /// A cell has `FACES` faces across z, or is one; the numbers of two nodes are `V` vectors long.
+    #[inline(always)]
+    fn add<X: Vectors, const FACES: usize, const V: usize>(self, vectors: X) {
+        let SpreadChunk { weights, numbers, sources, nodes } = self.0;
+        let (sources, mut nodes) = (SourcesIn::<D>::new(&sources), NodesIn::<D>::new(nodes));
+        let mut sums = CornerSums::<X, D, FACES>::zeros(vectors);
+        let mut first_node = weights.first_node(0);
+        for (i, &p) in numbers.iter().enumerate().take(weights.len()) {
+            let next = weights.first_node(i);
+            if next != first_node {
+                sums.give::<V>(vectors, weights, first_node, &mut nodes);
+                (sums, first_node) = (CornerSums::zeros(vectors), next);
+            }
+            sums.add::<AROUND>(vectors, weights, i, &sources, p as usize);
+        }
+        sums.give::<V>(vectors, weights, first_node, &mut nodes);
+    }
+}
+
+/// Sums at the corners of a cell, for each face across z and each component.
+struct CornerSums<X: Vectors, const D: usize, const FACES: usize> {
+    mass: [Four<X>; FACES],
+    momentum: [[Four<X>; D]; FACES],
+    force: [[Four<X>; D]; FACES],
+}
+
+impl<X: Vectors, const D: usize, const FACES: usize> CornerSums<X, D, FACES> {
+    #[inline(always)]
+    fn zeros(vectors: X) -> Self {
+        let zero = Four::splat(vectors, 0.0);
+        CornerSums { mass: [zero; FACES], momentum: [[zero; D]; FACES], force: [[zero; D]; FACES] }
+    }
+
+    /// Adds what particle number `p`, which is number `i` of the chunk, gives to the corners.
+    #[inline(always)]
+    fn add<const AROUND: bool>(
+        &mut self,
+        vectors: X,
+        weights: &ChunkWeights,
+        i: usize,
+        from: &SourcesIn<D>,
+        p: usize,
+    ) {
+        let face = FaceWeights::<X, D>::new(vectors, weights, i);
+        let (mass, velocity) = (from.mass[p], from.velocity[p]);
+        let stress = from.stress[p].block::<D>(1.0);
+        let minus_volume = Four::splat(vectors, -from.volume[p]);
+        let force = face.gradient.map(|gradient| gradient * minus_volume);
+        let force_by_z = face.value * minus_volume;
+        let mass_on_face = face.value * mass;
+        let momentum_gradient = if AROUND { from.momentum_gradient(weights, i, p) } else { [[0.0; D]; D] };
+        for z in 0..FACES {
+            let along_z = |value: Four<X>| if D > 2 { value * weights.value(2, z, i) } else { value };
+            let mass = along_z(mass_on_face);
+            self.mass[z] += mass;
+            for i_axis in 0..D {
+                self.momentum[z][i_axis] += mass * velocity[i_axis];
+                let mut in_plane = force[0] * stress[i_axis][0];
+                if D > 1 {
+                    in_plane += force[1] * stress[i_axis][1];
+                }
+                self.force[z][i_axis] += along_z(in_plane);
+                if D > 2 {
+                    self.force[z][i_axis] += force_by_z * stress[i_axis][2] * weights.gradient(2, z, i);
+                }
+                if AROUND {
+                    let mut around = along_z(face.moment[0] * momentum_gradient[0][i_axis]);
+                    if D > 1 {
+                        around += along_z(face.moment[1] * momentum_gradient[1][i_axis]);
+                    }
+                    if D > 2 {
+                        around += face.value * momentum_gradient[2][i_axis] * weights.moment(2, z, i);
+                    }
+                    self.momentum[z][i_axis] += around;
+                }
+            }
+        }
+    }
+
+    /// Adds the sums to those of the nodes, which lie in rows of two along x.
+    #[inline(always)]
+    fn give<const V: usize>(&self, vectors: X, weights: &ChunkWeights, first_node: u32, nodes: &mut NodesIn<D>) {
+        for z in 0..FACES {
+            let mass = self.mass[z].to_array();
+            let (momentum, force) = (self.momentum[z].map(Four::to_array), self.force[z].map(Four::to_array));
+            for y in 0..if D > 1 { 2 } else { 1 } {
+                let mut first = first_node - nodes.first;
+                if D > 1 {
+                    first += y * weights.stride(1);
+                }
+                if D > 2 {
+                    first += z as u32 * weights.stride(2);
+                }
+                let row = first as usize..first as usize + 2;
+                let corner = 2 * y as usize;
+                let in_row = |of_axis: &[[f64; 4]; D]| {
+                    Row::<X, V>::from_fn(vectors, |place| match place < 2 * D {
+                        true => of_axis[place % D][corner + place / D],
+                        false => 0.0,
+                    })
+                };
+                let masses = [mass[corner], mass[corner + 1]];
+                Row::<X, 1>::of_components(vectors, masses).add_to(vectors, &mut nodes.mass[row.clone()]);
+                in_row(&momentum).add_to(vectors, nodes.momentum[row.clone()].as_flattened_mut());
+                in_row(&force).add_to(vectors, nodes.force[row].as_flattened_mut());
+            }
+        }
+    }
+}
+
+/// A particle's weights at the corners of a face of its cell across z, but for those along z: at the two along x, then at those above them.
+struct FaceWeights<X: Vectors, const D: usize> {
+    value: Four<X>,
+    /// With the gradient, and with the moment, along x or y in place of the value.
+    gradient: [Four<X>; 2],
+    moment: [Four<X>; 2],
+}
+
+impl<X: Vectors, const D: usize> FaceWeights<X, D> {
+    #[inline(always)]
+    fn new(vectors: X, weights: &ChunkWeights, i: usize) -> Self {
+        let along_x = |of: fn(&ChunkWeights, usize, usize, usize) -> f64| {
+            let [left, right] = [of(weights, 0, 0, i), of(weights, 0, 1, i)];
+            Four::new(vectors, [left, right, left, right])
+        };
+        let along_y = |of: fn(&ChunkWeights, usize, usize, usize) -> f64| {
+            if D == 1 {
+                // There is nothing above.
+                return Four::new(vectors, [1.0, 1.0, 0.0, 0.0]);
+            }
+            let [lower, upper] = [of(weights, 1, 0, i), of(weights, 1, 1, i)];
+            Four::new(vectors, [lower, lower, upper, upper])
+        };
+        let (x, y) = (along_x(ChunkWeights::value), along_y(ChunkWeights::value));
+        FaceWeights {
+            value: x * y,
+            gradient: [along_x(ChunkWeights::gradient) * y, x * along_y(ChunkWeights::gradient)],
+            moment: [along_x(ChunkWeights::moment) * y, x * along_y(ChunkWeights::moment)],
+        }
+    }
+}
+
+/// What a chunk of particles finds on the grid, four particles of a cell at a time.
+///
+/// Four numbers are stored where fewer particles of the cell are left, too: those of the next cell are found after them.
+pub(super) struct GatherCorners<'a, const D: usize, const A: bool, const M: bool>(pub(super) GatherChunk<'a>);
+
+impl<const D: usize, const A: bool, const M: bool> Kernel for GatherCorners<'_, D, A, M> {
+    const MANY_NUMBERS: bool = D > 2;
+
+    #[inline(always)]
+    fn run<X: Vectors>(self, vectors: X) {
+        let GatherChunk { weights, velocity, acceleration, gradients_only, start, found, .. } = self.0;
+        let Some(mut found) = FoundIn::<D>::new(found) else { return };
+        let (velocity, acceleration) = (velocity.as_chunks().0, acceleration.as_chunks().0);
+        // One length, known to be the same: one check per row.
+        let acceleration = if A { &acceleration[..velocity.len()] } else { acceleration };
+        let corners = Corners { weights, velocity, acceleration };
+        let len = weights.len().min(BLOCK - start);
+        let mut i = 0;
+        while i < len {
+            let first_node = weights.first_node(i);
+            let found_here = corners.sums::<X, A, M>(vectors, first_node as usize, i);
+            if !gradients_only {
+                found_here.give_velocity::<A>(start + i, &mut found);
+            }
+            found_here.give_variation::<M>(start + i, &mut found);
+            i += 1;
+            let end = len.min(i + 3);
+            while i < end && weights.first_node(i) == first_node {
+                i += 1;
+            }
+        }
+    }
+}
+
+/// The fields of the nodes, and weights of particles.
+struct Corners<'a, const D: usize> {
+    weights: &'a ChunkWeights,
+    velocity: &'a [[f64; D]],
+    acceleration: &'a [[f64; D]],
+}
+
+impl<const D: usize> Corners<'_, D> {
+    /// The sums of four particles from number `i` of the chunk on, over the corners of a cell.
+    #[inline(always)]
+    fn sums<X: Vectors, const A: bool, const M: bool>(
+        &self,
+        vectors: X,
+        first_node: usize,
+        i: usize,
+    ) -> LaneSums<X, D> {
+        let along = |axis: usize, k: usize| LaneWeights::new::<M>(vectors, self.weights, axis, k, i);
+        let x = [along(0, 0), along(0, 1)];
+        let mut sums = LaneSums::zeros(vectors);
+        for z in 0..if D > 2 { 2 } else { 1 } {
+            let mut face = LaneSums::zeros(vectors);
+            for y in 0..if D > 1 { 2 } else { 1 } {
+                let mut first = first_node;
+                if D > 1 {
+                    first += y * self.weights.stride(1) as usize;
+                }
+                if D > 2 {
+                    first += z * self.weights.stride(2) as usize;
+                }
+                let row = self.row::<X, A, M>(vectors, first, &x);
+                match D {
+                    1 => face = row,
+                    _ => row.add_to::<A, M>(&mut face, 1, &along(1, y)),
+                }
+            }
+            match D {
+                1 | 2 => sums = face,
+                _ => face.add_to::<A, M>(&mut sums, 2, &along(2, z)),
+            }
+        }
+        sums
+    }
+
+    /// The sums over two nodes along x.
+    #[inline(always)]
+    fn row<X: Vectors, const A: bool, const M: bool>(
+        &self,
+        vectors: X,
+        first: usize,
+        along_x: &[LaneWeights<X>; 2],
+    ) -> LaneSums<X, D> {
+        let mut sums = LaneSums::zeros(vectors);
+        let velocity = &self.velocity[first..first + 2];
+        let acceleration = if A { &self.acceleration[first..first + 2] } else { self.acceleration };
+        for (k, x) in along_x.iter().enumerate() {
+            for i in 0..D {
+                let component = Four::splat(vectors, velocity[k][i]);
+                sums.velocity[i] += component * x.value;
+                sums.gradient[0][i] += component * x.gradient;
+                if M {
+                    sums.moment[0][i] += component * x.moment;
+                }
+                if A {
+                    sums.acceleration[i] += Four::splat(vectors, acceleration[k][i]) * x.value;
+                }
+            }
+        }
+        sums
+    }
+}
+
+/// Weights of four particles at a node along an axis.
+#[derive(Clone, Copy)]
+struct LaneWeights<X: Vectors> {
+    value: Four<X>,
+    gradient: Four<X>,
+    moment: Four<X>,
+}
+
+impl<X: Vectors> LaneWeights<X> {
+    /// Moments only if they are wanted.
+    #[inline(always)]
+    fn new<const M: bool>(vectors: X, weights: &ChunkWeights, axis: usize, k: usize, i: usize) -> Self {
+        let moments = if M { weights.moments(axis, k, i) } else { [0.0; 4] };
+        LaneWeights {
+            value: Four::new(vectors, weights.values(axis, k, i)),
+            gradient: Four::new(vectors, weights.gradients(axis, k, i)),
+            moment: Four::new(vectors, moments),
+        }
+    }
+}
+
+/// What four particles find, component by component.
+#[derive(Clone, Copy)]
+struct LaneSums<X: Vectors, const D: usize> {
+    velocity: [Four<X>; D],
+    acceleration: [Four<X>; D],
+    /// With the gradient along an axis in place of the value.
+    gradient: [[Four<X>; D]; D],
+    /// With the value times the arm along an axis.
+    moment: [[Four<X>; D]; D],
+}
+
+impl<X: Vectors, const D: usize> LaneSums<X, D> {
+    /// −0, since only x − 0 is x whatever x is, and costs nothing.
+    #[inline(always)]
+    fn zeros(vectors: X) -> Self {
+        let zeros = [Four::splat(vectors, -0.0); D];
+        LaneSums { velocity: zeros, acceleration: zeros, gradient: [zeros; D], moment: [zeros; D] }
+    }
+
+    /// Adds these sums over a row or face to those over all of them along an axis.
+    #[inline(always)]
+    fn add_to<const A: bool, const M: bool>(&self, sums: &mut Self, axis: usize, weights: &LaneWeights<X>) {
+        for i in 0..D {
+            sums.velocity[i] += self.velocity[i] * weights.value;
+            if A {
+                sums.acceleration[i] += self.acceleration[i] * weights.value;
+            }
+            for j in 0..axis {
+                sums.gradient[j][i] += self.gradient[j][i] * weights.value;
+                if M {
+                    sums.moment[j][i] += self.moment[j][i] * weights.value;
+                }
+            }
+            sums.gradient[axis][i] += self.velocity[i] * weights.gradient;
+            if M {
+                sums.moment[axis][i] += self.velocity[i] * weights.moment;
+            }
+        }
+    }
+
+    /// Velocities and accelerations of the particles of a block from number `p` on.
+    #[inline(always)]
+    fn give_velocity<const A: bool>(&self, p: usize, block: &mut FoundIn<D>) {
+        for i in 0..D {
+            store(self.velocity[i], p, &mut block.velocity[i]);
+            if A {
+                store(self.acceleration[i], p, &mut block.acceleration[i]);
+            }
+        }
+    }
+
+    /// How the velocity varies around them.
+    #[inline(always)]
+    fn give_variation<const M: bool>(&self, p: usize, block: &mut FoundIn<D>) {
+        for j in 0..D {
+            for i in 0..D {
+                store(self.gradient[j][i], p, &mut block.velocity_gradient[i][j]);
+                if M {
+                    let lanes = self.moment[j][i].to_array();
+                    for (moments, lane) in block.moments[p..].iter_mut().zip(lanes) {
+                        moments[j][i] = lane;
+                    }
+                }
+            }
+        }
+    }
+}
+
+/// Stores four numbers from place `p` on, or as many as there is room for.
+#[inline(always)]
+fn store<X: Vectors>(four: Four<X>, p: usize, to: &mut [f64; BLOCK]) {
+    let lanes = four.to_array();
+    match to[p..].first_chunk_mut() {
+        Some(to) => *to = lanes,
+        None => to[p..].iter_mut().zip(lanes).for_each(|(to, lane)| *to = lane),
+    }
+}
