@@ -171,8 +171,8 @@ pub trait Transfer<const D: usize>: Send + Sync {
         at_particles: &mut [Gathered<D>],
     );
 
-    /// The same for at most as many particles as a block holds, a row of nodes at a time: the same numbers but for rounding. What is
-    /// not wanted stays as it is in the block.
+    /// The same for at most as many particles as a block holds, several numbers at a time: the same but for rounding. What is not wanted
+    /// stays as it is in the block; beyond the last particle stands anything.
     fn gather_block(
         &self,
         grid: &Grid<D>,
@@ -182,8 +182,8 @@ pub trait Transfer<const D: usize>: Send + Sync {
         block: &mut GatheredBlock<D>,
     );
 
-    /// The gradients of a velocity field of the nodes (m/s) in these places, for at most as many particles as a block holds; the rest of
-    /// the block stays as it is.
+    /// The gradients of a velocity field of the nodes (m/s) in these places, for at most as many particles as a block holds. Its velocities,
+    /// accelerations and moments stay as they are.
     fn gather_gradients(&self, grid: &Grid<D>, at_nodes: &[Vector<D>], places: Places<D>, block: &mut GatheredBlock<D>);
 
     /// A field of the nodes in these places, Σ_I N_I(X_p) f_I, in the unit of the field.
@@ -604,6 +604,7 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
 
 #[cfg(test)]
 mod tests {
+    use super::corners::{GatherCorners, SpreadCorners};
     use super::gather::Gather;
     use super::spread::Spread;
     use super::*;
@@ -654,7 +655,11 @@ mod tests {
                     momentum: bytemuck::cast_slice_mut(&mut portable.velocity_old),
                     force: bytemuck::cast_slice_mut(&mut portable.force),
                 };
-                Spread::<D, WIDTH, true>(SpreadChunk { weights, numbers, sources, nodes }).run(Portable);
+                let chunk = SpreadChunk { weights, numbers, sources, nodes };
+                match WIDTH {
+                    2 => SpreadCorners::<D, true>(chunk).run(Portable),
+                    _ => Spread::<D, WIDTH, true>(chunk).run(Portable),
+                }
             }
         });
         assert_eq!(at_hand.mass, portable.mass);
@@ -677,7 +682,10 @@ mod tests {
                     start,
                     found: plainly.found(),
                 };
-                Gather::<D, WIDTH, true, true>(chunk).run(Portable);
+                match WIDTH {
+                    2 => GatherCorners::<D, true, true>(chunk).run(Portable),
+                    _ => Gather::<D, WIDTH, true, true>(chunk).run(Portable),
+                }
             }
         });
         for p in 0..particles.len() {

@@ -82,25 +82,25 @@ impl<X: Vectors, const D: usize, const FACES: usize> CornerSums<X, D, FACES> {
             let along_z = |value: Four<X>| if D > 2 { value * weights.value(2, z, i) } else { value };
             let mass = along_z(mass_on_face);
             self.mass[z] += mass;
-            for i_axis in 0..D {
-                self.momentum[z][i_axis] += mass * velocity[i_axis];
-                let mut in_plane = force[0] * stress[i_axis][0];
+            for component in 0..D {
+                self.momentum[z][component] += mass * velocity[component];
+                let mut in_plane = force[0] * stress[component][0];
                 if D > 1 {
-                    in_plane += force[1] * stress[i_axis][1];
+                    in_plane += force[1] * stress[component][1];
                 }
-                self.force[z][i_axis] += along_z(in_plane);
+                self.force[z][component] += along_z(in_plane);
                 if D > 2 {
-                    self.force[z][i_axis] += force_by_z * stress[i_axis][2] * weights.gradient(2, z, i);
+                    self.force[z][component] += force_by_z * stress[component][2] * weights.gradient(2, z, i);
                 }
                 if AROUND {
-                    let mut around = along_z(face.moment[0] * momentum_gradient[0][i_axis]);
+                    let mut around = along_z(face.moment[0] * momentum_gradient[0][component]);
                     if D > 1 {
-                        around += along_z(face.moment[1] * momentum_gradient[1][i_axis]);
+                        around += along_z(face.moment[1] * momentum_gradient[1][component]);
                     }
                     if D > 2 {
-                        around += face.value * momentum_gradient[2][i_axis] * weights.moment(2, z, i);
+                        around += face.value * momentum_gradient[2][component] * weights.moment(2, z, i);
                     }
-                    self.momentum[z][i_axis] += around;
+                    self.momentum[z][component] += around;
                 }
             }
         }
