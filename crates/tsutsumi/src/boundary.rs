@@ -312,12 +312,14 @@ impl<const D: usize> Boundary<D> {
     /// Takes the mobility 1/m_I from the nodes' masses, zero where a support holds or there is no mass to move.
     pub fn hold(&self, active: &ActiveSet, nodes: &mut NodeFields<D>) {
         let masses = &nodes.mass;
-        active.change_nodes(&mut nodes.mobility, |_, node, mobility| {
-            let mass = masses[node];
-            // A subnormal mass has no usable inverse; such a node is a particle exactly on the opposite grid line.
-            let inverse = if mass > f64::MIN_POSITIVE { 1.0 / mass } else { 0.0 };
-            for axis in 0..D {
-                mobility[axis] = if self.fixed[node].contains(axis) { 0.0 } else { inverse };
+        active.change_runs(&mut nodes.mobility, |nodes, mobilities| {
+            let (masses, fixed) = (&masses[nodes.clone()], &self.fixed[nodes]);
+            for (mobility, (&mass, fixed)) in mobilities.iter_mut().zip(masses.iter().zip(fixed)) {
+                // A subnormal mass has no usable inverse; such a node is a particle exactly on the opposite grid line.
+                let inverse = if mass > f64::MIN_POSITIVE { 1.0 / mass } else { 0.0 };
+                for axis in 0..D {
+                    mobility[axis] = if fixed.contains(axis) { 0.0 } else { inverse };
+                }
             }
         });
         self.tie_active(active, nodes);

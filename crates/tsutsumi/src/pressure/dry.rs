@@ -12,7 +12,7 @@ impl<const D: usize> NodeFields<D> {
     /// Puts the forces (N) where the accelerations will stand.
     fn acceleration_from_forces(&mut self, at: &StepView<D>) {
         let force = &self.force;
-        at.active.change_nodes(&mut self.acceleration, |_, node, acceleration| *acceleration = force[node]);
+        at.active.change_runs(&mut self.acceleration, |nodes, accelerations| accelerations.copy_from_slice(&force[nodes]));
     }
 }
 
