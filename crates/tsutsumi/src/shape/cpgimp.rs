@@ -50,19 +50,21 @@ pub(super) fn box_weights(at: CellOnAxis, position: f64, half_size: f64) -> Weig
     let half_size = half_size.min(1.0);
     let from = (position - half_size).max(0.0);
     let to = (position + half_size).min(f64::from(at.num_cells as u32));
-    // A point: the mean over a box of no length, with the slopes of its cell. Choices instead of branches: loops over points become vectors.
+    // A point: the functions are straight in its cell, whose mean and slopes say what they are beside its centre. Choices instead of
+    // branches: loops over points become vectors.
     let is_point = to - from < SHORTEST;
+    let cell = f64::from(at.cell as u32);
+    let from = if is_point { cell } else { from };
+    let to = if is_point { cell + 1.0 } else { to };
+    let beside = if is_point { position - cell - 0.5 } else { 0.0 };
     let per_length = 1.0 / (to - from);
-    let to_cell = first - f64::from(at.cell as u32);
     let mut weights = Weights::default();
     for k in 0..4 {
         let node = first + k as f64;
-        let in_cell = to_cell + k as f64;
-        let slope = if in_cell == 0.0 { -1.0 } else { 0.0 } + if in_cell == 1.0 { 1.0 } else { 0.0 };
-        let mean = (integral_of_hat(to - node) - integral_of_hat(from - node)) * per_length;
-        let mean_slope = (hat(to - node) - hat(from - node)) * per_length;
-        weights.value[k] = if is_point { hat(position - node) } else { mean };
-        weights.gradient[k] = if is_point { slope } else { mean_slope };
+        let (start, end) = (Hat::at(from - node), Hat::at(to - node));
+        let mean = (end.integral - start.integral) * per_length;
+        weights.gradient[k] = (start.drop - end.drop) * per_length;
+        weights.value[k] = mean + weights.gradient[k] * beside;
     }
     weights
 }
@@ -70,17 +72,21 @@ pub(super) fn box_weights(at: CellOnAxis, position: f64, half_size: f64) -> Weig
 /// Boxes shorter than this part of a spacing count as points: differences over them would lose half of their digits.
 const SHORTEST: f64 = 1e-8;
 
-/// The linear shape function of the node at 0.
-#[inline(always)]
-fn hat(x: f64) -> f64 {
-    (1.0 - x.abs()).max(0.0)
+/// The linear shape function of the node at 0, N = 1 − |x| up to ±1.
+struct Hat {
+    /// 1 − N.
+    drop: f64,
+    /// The integral of N from 0.
+    integral: f64,
 }
 
-/// Its integral from −∞.
-#[inline(always)]
-fn integral_of_hat(x: f64) -> f64 {
-    let x = x.clamp(-1.0, 1.0);
-    0.5 + x - 0.5 * x * x.abs()
+impl Hat {
+    #[inline(always)]
+    fn at(x: f64) -> Self {
+        let x = x.clamp(-1.0, 1.0);
+        let drop = x.abs();
+        Hat { drop, integral: x * (1.0 - 0.5 * drop) }
+    }
 }
 
 #[cfg(test)]
