@@ -20,7 +20,7 @@ use crate::particles::{LocalMotion, Particles, Places};
 use crate::shape::{CellOnAxis, ShapeFunction};
 use crate::tensor::{Matrix, Vector};
 use bands::{Bands, NodeSums};
-use chunk::{CHUNK, with_weights};
+use chunk::{CHUNK, Further, with_weights};
 use gather::{Found, GatherChunk, gather_plainly};
 use spread::{NodeNumbers, Sources, SpreadChunk};
 use stencil::{Stencil, mean_weights};
@@ -324,9 +324,10 @@ fn gather<S: ShapeFunction, const D: usize>(
 ) {
     let len = places.position.len().min(BLOCK);
     let (velocity, acceleration) = (bytemuck::cast_slice(velocity), bytemuck::cast_slice(acceleration));
+    let further = if moments { Further::Moments } else { Further::Nothing };
     with_weights(|weights| {
         for start in (0..len).step_by(CHUNK) {
-            weights.find(shape, grid, places, moments, start..len.min(start + CHUNK));
+            weights.find(shape, grid, places, further, start..len.min(start + CHUNK));
             let found = block.found();
             GatherChunk { weights, velocity, acceleration, moments, gradients_only, start, found }.run();
         }
@@ -408,16 +409,20 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
     ) {
         let NodeFields { mass, velocity_old: momentum, force, .. } = nodes;
         let nodes = NodeSums { first: 0, mass, momentum, force };
-        let moments = local_motion != LocalMotion::Nothing;
+        let further = match local_motion {
+            LocalMotion::Nothing => Further::Nothing,
+            LocalMotion::Gradient => Further::Moments,
+            LocalMotion::Moments => Further::MomentsAndSpreads,
+        };
         let sources = Sources::new(particles, local_motion);
         Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
             with_weights(|weights| {
                 for numbers in active.particles_in(slots).chunks(CHUNK) {
                     match consecutive(numbers) {
-                        Some(range) => weights.find(self, grid, particles.places(), moments, range),
+                        Some(range) => weights.find(self, grid, particles.places(), further, range),
                         None => {
                             let particles_of_chunk = numbers.iter().map(|&p| p as usize);
-                            weights.find(self, grid, particles.places(), moments, particles_of_chunk);
+                            weights.find(self, grid, particles.places(), further, particles_of_chunk);
                         }
                     }
                     let nodes = NodeNumbers {
@@ -648,7 +653,13 @@ mod tests {
         let sources = Sources::new(&particles, LocalMotion::Moments);
         with_weights(|weights| {
             for numbers in active.particles().chunks(CHUNK) {
-                weights.find(&shape, &grid, particles.places(), true, numbers.iter().map(|&p| p as usize));
+                weights.find(
+                    &shape,
+                    &grid,
+                    particles.places(),
+                    Further::MomentsAndSpreads,
+                    numbers.iter().map(|&p| p as usize),
+                );
                 let nodes = NodeNumbers {
                     first: 0,
                     mass: &mut portable.mass,
@@ -672,7 +683,7 @@ mod tests {
         shape.gather_block(&grid, &nodes, particles.places(), wanted, &mut found);
         with_weights(|weights| {
             for start in (0..particles.len()).step_by(CHUNK) {
-                weights.find(&shape, &grid, particles.places(), true, start..particles.len());
+                weights.find(&shape, &grid, particles.places(), Further::Moments, start..particles.len());
                 let chunk = GatherChunk {
                     weights,
                     velocity: bytemuck::cast_slice(&nodes.velocity),

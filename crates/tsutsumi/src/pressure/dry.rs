@@ -12,7 +12,8 @@ impl<const D: usize> NodeFields<D> {
     /// Puts the forces (N) where the accelerations will stand.
     fn acceleration_from_forces(&mut self, at: &StepView<D>) {
         let force = &self.force;
-        at.active.change_runs(&mut self.acceleration, |nodes, accelerations| accelerations.copy_from_slice(&force[nodes]));
+        at.active
+            .change_runs(&mut self.acceleration, |nodes, accelerations| accelerations.copy_from_slice(&force[nodes]));
     }
 }
 

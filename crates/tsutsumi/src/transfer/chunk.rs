@@ -10,8 +10,8 @@ use crate::shape::{CellOnAxis, MAX_WIDTH, ShapeFunction};
 /// Particles whose weights are found at a time.
 pub(super) const CHUNK: usize = 32;
 
-/// Room for them and for what stands in a vector with the last of them.
-const ROOM: usize = CHUNK + 3;
+/// Room for them and for what stands in a vector with the last of them: whole lines of the cache, which no vector that is stored then crosses.
+const ROOM: usize = CHUNK + 8;
 
 /// The weights of some particles by rows of nodes along x; each axis for all particles at a time, in loops that become vectors.
 pub(super) struct ChunkWeights {
@@ -37,7 +37,18 @@ pub(super) trait ChunkWork {
     fn run_with_rows<const D: usize, const WIDTH: usize>(self);
 }
 
+/// What is found besides values and gradients.
+#[derive(Clone, Copy, PartialEq, Eq)]
+pub(super) enum Further {
+    Nothing,
+    /// The moments.
+    Moments,
+    /// The moments and what their matrix is divided by.
+    MomentsAndSpreads,
+}
+
 /// Weights along an axis: node by node, and for each particle.
+#[repr(align(64))]
 struct AlongAxis {
     /// N (–) and its gradient (1/m).
     value: [[f64; ROOM]; MAX_WIDTH],
@@ -95,28 +106,29 @@ impl ChunkWeights {
         self.len.min(CHUNK)
     }
 
-    /// Finds the weights of at most [`CHUNK`] particles, in this order; `moments` too.
+    /// Finds the weights of at most [`CHUNK`] particles, in this order.
     #[inline(always)]
     pub(super) fn find<S: ShapeFunction, const D: usize>(
         &mut self,
         shape: &S,
         grid: &Grid<D>,
         places: Places<D>,
-        moments: bool,
+        further: Further,
         particles: impl Iterator<Item = usize>,
     ) {
         const { assert!(S::WIDTH > 1 && S::WIDTH <= MAX_WIDTH, "a stencil has 2 to MAX_WIDTH nodes along an axis") };
         vectorized(
             #[inline(always)]
-            || match moments {
-                true => self.find_in_vectors::<S, D, true>(shape, grid, places, particles),
-                false => self.find_in_vectors::<S, D, false>(shape, grid, places, particles),
+            || match further {
+                Further::Nothing => self.find_in_vectors::<S, D, false, false>(shape, grid, places, particles),
+                Further::Moments => self.find_in_vectors::<S, D, true, false>(shape, grid, places, particles),
+                Further::MomentsAndSpreads => self.find_in_vectors::<S, D, true, true>(shape, grid, places, particles),
             },
         );
     }
 
     #[inline(always)]
-    fn find_in_vectors<S: ShapeFunction, const D: usize, const MOMENTS: bool>(
+    fn find_in_vectors<S: ShapeFunction, const D: usize, const MOMENTS: bool, const SPREADS: bool>(
         &mut self,
         shape: &S,
         grid: &Grid<D>,
@@ -143,13 +155,13 @@ impl ChunkWeights {
         let mut first_node = [0; CHUNK];
         for axis in 0..D {
             let (place, half_size) = (&place[axis], &half_size[axis]);
-            self.find_along::<S, D, MOMENTS>(shape, grid, axis, place, half_size, &mut first_node);
+            self.find_along::<S, D, MOMENTS, SPREADS>(shape, grid, axis, place, half_size, &mut first_node);
         }
         self.first_node = first_node;
     }
 
     #[inline(always)]
-    fn find_along<S: ShapeFunction, const D: usize, const MOMENTS: bool>(
+    fn find_along<S: ShapeFunction, const D: usize, const MOMENTS: bool, const SPREADS: bool>(
         &mut self,
         shape: &S,
         grid: &Grid<D>,
@@ -179,7 +191,7 @@ impl ChunkWeights {
                     spread += moment * arm;
                 }
             }
-            if MOMENTS {
+            if SPREADS {
                 along.inverse_spread[i] = inverse_of_spread(spread, spacing);
             }
         }

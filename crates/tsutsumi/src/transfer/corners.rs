@@ -62,14 +62,7 @@ impl<X: Vectors, const D: usize, const FACES: usize> CornerSums<X, D, FACES> {
 
     /// Adds what particle number `p`, which is number `i` of the chunk, gives to the corners.
     #[inline(always)]
-    fn add<const AROUND: bool>(
-        &mut self,
-        vectors: X,
-        weights: &ChunkWeights,
-        i: usize,
-        from: &SourcesIn<D>,
-        p: usize,
-    ) {
+    fn add<const AROUND: bool>(&mut self, vectors: X, weights: &ChunkWeights, i: usize, from: &SourcesIn<D>, p: usize) {
         let face = FaceWeights::<X, D>::new(vectors, weights, i);
         let (mass, velocity) = (from.mass[p], from.velocity[p]);
         let stress = from.stress[p].block::<D>(1.0);
