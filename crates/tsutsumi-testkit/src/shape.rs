@@ -25,8 +25,8 @@ pub struct Place {
 /// How a shape function breaks its contract.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
 pub enum ShapeViolation {
-    /// More nodes than a stencil may have, or none.
-    #[error("WIDTH is {width}, a stencil has 1 to {MAX_WIDTH} nodes per axis")]
+    /// More nodes than a stencil may have, or fewer than two.
+    #[error("WIDTH is {width}, a stencil has 2 to {MAX_WIDTH} nodes per axis")]
     Width {
         /// The nodes per axis.
         width: usize,
@@ -42,6 +42,14 @@ pub enum ShapeViolation {
     /// A node beyond WIDTH has a weight, so that the loops miss a part.
     #[error("{place:?}: node {local} of the stencil has a weight, beyond WIDTH")]
     Support {
+        /// Where.
+        place: Place,
+        /// The node's number in the stencil.
+        local: usize,
+    },
+    /// The weights of the nodes that a point reaches are not those of the stencil: the sums over particles ask for them.
+    #[error("{place:?}: `reached_weights` has another weight for node {local} of the stencil than `weights`")]
+    Reached {
         /// Where.
         place: Place,
         /// The node's number in the stencil.
@@ -109,10 +117,10 @@ const ROUND_OFF: f64 = 1e-13;
 /// # Errors
 /// The first violation.
 pub fn check_shape<S: ShapeFunction>(shape: &S) -> Result<(), ShapeViolation> {
-    if S::WIDTH == 0 || S::WIDTH > MAX_WIDTH {
+    if S::WIDTH < 2 || S::WIDTH > MAX_WIDTH {
         return Err(ShapeViolation::Width { width: S::WIDTH });
     }
-    for num_cells in (S::WIDTH - 1).max(1)..=9 {
+    for num_cells in S::WIDTH - 1..=9 {
         for cell in 0..num_cells {
             check_cell(shape, CellOnAxis { cell, num_cells })?;
         }
@@ -168,6 +176,7 @@ fn check_values<S: ShapeFunction>(shape: &S, place: Place) -> Result<(), ShapeVi
             return Err(ShapeViolation::Negative { place, local, value });
         }
     }
+    check_reached(shape, place, &weights)?;
     expect_sum(place, "Σ N", weights.value.iter().sum(), 1.0)?;
     if !is_cut(place) {
         expect_sum(place, "Σ N x", first_moment(shape, place.at, &weights.value), place.position)?;
@@ -253,6 +262,21 @@ fn of_node<S: ShapeFunction>(weights: &Weights, first: usize, node: usize) -> (f
     }
 }
 
+/// The weights of the reached nodes are those of the stencil, the others are zero.
+fn check_reached<S: ShapeFunction>(shape: &S, place: Place, weights: &Weights) -> Result<(), ShapeViolation> {
+    let (before, reached) = shape.reached_weights(place.at, place.position, place.half_size);
+    for local in 0..S::WIDTH {
+        let expected = match local.checked_sub(before) {
+            Some(k) if k < S::REACHED => (reached.value[k], reached.gradient[k]),
+            _ => (0.0, 0.0),
+        };
+        if (weights.value[local], weights.gradient[local]) != expected {
+            return Err(ShapeViolation::Reached { place, local });
+        }
+    }
+    Ok(())
+}
+
 fn first_moment<S: ShapeFunction>(shape: &S, at: CellOnAxis, of: &[f64; MAX_WIDTH]) -> f64 {
     let first = shape.first_node(at);
     of.iter().enumerate().map(|(local, weight)| weight * (first + local) as f64).sum()
@@ -305,5 +329,27 @@ mod tests {
         assert!(matches!(check_shape(&flat), Err(ShapeViolation::Sum { sum: "Σ N x", .. })));
         let wide = Faulty(|xi| Weights { value: [1.0 - xi, xi, 1e-3, -1e-3], gradient: [-1.0, 1.0, 0.0, 0.0] });
         assert!(matches!(check_shape(&wide), Err(ShapeViolation::Support { local: 2, .. })));
+        assert!(matches!(check_shape(&Misplaced), Err(ShapeViolation::Reached { local: 0, .. })));
+    }
+
+    /// Quadratic splines that forget where the nodes that a point reaches begin.
+    struct Misplaced;
+
+    impl ShapeFunction for Misplaced {
+        const WIDTH: usize = QuadraticBSpline::WIDTH;
+        const REACH: f64 = QuadraticBSpline::REACH;
+        const REACHED: usize = QuadraticBSpline::REACHED;
+
+        fn first_node(&self, at: CellOnAxis) -> usize {
+            QuadraticBSpline.first_node(at)
+        }
+
+        fn weights(&self, at: CellOnAxis, position: f64, half_size: f64) -> Weights {
+            QuadraticBSpline.weights(at, position, half_size)
+        }
+
+        fn reached_weights(&self, at: CellOnAxis, position: f64, half_size: f64) -> (usize, Weights) {
+            (0, QuadraticBSpline.reached_weights(at, position, half_size).1)
+        }
     }
 }

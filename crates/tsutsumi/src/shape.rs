@@ -57,4 +57,14 @@ pub trait ShapeFunction: Send + Sync + 'static {
     /// `position` is measured in spacings from the origin of the grid, `half_size` is half the particle's length in
     /// spacings. Values sum to 1, gradients to 0.
     fn weights(&self, at: CellOnAxis, position: f64, half_size: f64) -> Weights;
+
+    /// Nodes per axis that a point reaches, at least two, where it is fewer than the stencil has, and the same wherever the point is.
+    const REACHED: usize = Self::WIDTH;
+
+    /// The weights of a point of this cell at the nodes that it reaches, the first of them first, and how many nodes of the stencil come
+    /// before: what [`weights`](Self::weights) says, without the zeros. The sums over particles ask for these.
+    #[inline(always)]
+    fn reached_weights(&self, at: CellOnAxis, position: f64, half_size: f64) -> (usize, Weights) {
+        (0, self.weights(at, position, half_size))
+    }
 }

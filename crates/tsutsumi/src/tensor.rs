@@ -316,8 +316,20 @@ pub fn spin<const D: usize>(displacement_gradient: &Matrix<D>) -> Vector<3> {
 pub fn rotation(axial: &Vector<3>) -> Matrix3 {
     let h = axial * (0.5 + axial.norm_squared() * ONE_24TH);
     let factor = 2.0 / (1.0 + h.norm_squared());
-    let cross = h.cross_matrix();
-    Matrix3::identity() + (cross + cross * cross) * factor
+    // H² = h hᵀ − h² I, without the products with the zeros of H.
+    let [x, y, z] = [h.x, h.y, h.z];
+    let diagonal = |a: f64, b: f64| 1.0 - (a * a + b * b) * factor;
+    Matrix3::new(
+        diagonal(y, z),
+        (x * y - z) * factor,
+        (z * x + y) * factor,
+        (x * y + z) * factor,
+        diagonal(z, x),
+        (y * z - x) * factor,
+        (z * x - y) * factor,
+        (y * z + x) * factor,
+        diagonal(x, y),
+    )
 }
 
 /// A product costs less than a division.

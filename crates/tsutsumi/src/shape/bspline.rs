@@ -54,9 +54,18 @@ impl ShapeFunction for QuadraticBSpline {
         first_node(at)
     }
 
+    #[inline(always)]
+    fn weights(&self, at: CellOnAxis, position: f64, half_size: f64) -> Weights {
+        let (before, Weights { value, gradient }) = self.reached_weights(at, position, half_size);
+        let placed = |[a, b, c, zero]: [f64; 4]| if before > 0 { [zero, a, b, c] } else { [a, b, c, zero] };
+        Weights { value: placed(value), gradient: placed(gradient) }
+    }
+
+    const REACHED: usize = 3;
+
     /// The nearest inner node and its neighbours; all in selects, so that loops over points become vectors.
     #[inline(always)]
-    fn weights(&self, at: CellOnAxis, position: f64, _half_size: f64) -> Weights {
+    fn reached_weights(&self, at: CellOnAxis, position: f64, _half_size: f64) -> (usize, Weights) {
         let from_first = position - first_node(at) as u32 as f64;
         let upper = from_first >= 1.5 && first_node(at) + 2 < at.num_cells;
         let x = from_first - if upper { 2.0 } else { 1.0 };
@@ -64,10 +73,8 @@ impl ShapeFunction for QuadraticBSpline {
         let curved = x.clamp(-0.5, 0.5);
         let (below, above) = ((curved - x).max(0.0), (x - curved).max(0.0));
         let (low, high) = (0.5 - curved, 0.5 + curved);
-        let value = [0.5 * low * low + below, 0.75 - curved * curved - below - above, 0.5 * high * high + above];
-        let gradient = [-low, -2.0 * curved, high];
-        let placed = |[a, b, c]: [f64; 3]| if upper { [0.0, a, b, c] } else { [a, b, c, 0.0] };
-        Weights { value: placed(value), gradient: placed(gradient) }
+        let value = [0.5 * low * low + below, 0.75 - curved * curved - below - above, 0.5 * high * high + above, 0.0];
+        (usize::from(upper), Weights { value, gradient: [-low, -2.0 * curved, high, 0.0] })
     }
 }
 

@@ -53,7 +53,8 @@ pub(super) fn box_weights(at: CellOnAxis, position: f64, half_size: f64) -> Weig
     // A point: the functions are straight in its cell, whose mean and slopes say what they are beside its centre. Choices instead of
     // branches: loops over points become vectors.
     let is_point = to - from < SHORTEST;
-    let cell = f64::from(at.cell as u32);
+    // Forces act on points beyond the cell, too.
+    let cell = f64::from(at.cell as u32).max(position.ceil() - 1.0).min(position.floor());
     let from = if is_point { cell } else { from };
     let to = if is_point { cell + 1.0 } else { to };
     let beside = if is_point { position - cell - 0.5 } else { 0.0 };

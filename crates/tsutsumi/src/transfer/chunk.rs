@@ -15,12 +15,12 @@ const ROOM: usize = CHUNK + 8;
 
 /// The weights of some particles by rows of nodes along x; each axis for all particles at a time, in loops that become vectors.
 pub(super) struct ChunkWeights {
-    /// The dimensions of space, and the nodes per axis of a cell's stencil.
+    /// The dimensions of space, and the nodes per axis that a particle reaches.
     dimension: usize,
     width: usize,
     /// The particles.
     len: usize,
-    /// The first node of each particle's stencil.
+    /// The first node that each particle reaches.
     first_node: [u32; CHUNK],
     /// From a node to the next one along each axis.
     strides: [u32; 3],
@@ -30,10 +30,10 @@ pub(super) struct ChunkWeights {
 
 /// Work on a chunk of particles whose weights are known.
 pub(super) trait ChunkWork {
-    /// Does it in `D` dimensions where the stencil of a cell is its corners.
+    /// Does it in `D` dimensions where a particle reaches two nodes along an axis: the corners of its cell.
     fn run_with_corners<const D: usize>(self);
 
-    /// Does it in `D` dimensions for stencils of `WIDTH` nodes per axis, at least three.
+    /// Does it in `D` dimensions where a particle reaches `WIDTH` nodes along an axis, at least three.
     fn run_with_rows<const D: usize, const WIDTH: usize>(self);
 }
 
@@ -116,7 +116,10 @@ impl ChunkWeights {
         further: Further,
         particles: impl Iterator<Item = usize>,
     ) {
-        const { assert!(S::WIDTH > 1 && S::WIDTH <= MAX_WIDTH, "a stencil has 2 to MAX_WIDTH nodes along an axis") };
+        const {
+            assert!(S::WIDTH > 1 && S::WIDTH <= MAX_WIDTH, "a stencil has 2 to MAX_WIDTH nodes along an axis");
+            assert!(S::REACHED > 1 && S::REACHED <= S::WIDTH, "a point reaches at least two nodes of its stencil");
+        };
         vectorized(
             #[inline(always)]
             || match further {
@@ -150,7 +153,7 @@ impl ChunkWeights {
                 }
             }
         }
-        (self.dimension, self.width, self.len) = (D, S::WIDTH, len);
+        (self.dimension, self.width, self.len) = (D, S::REACHED, len);
         // Apart from the weights, or the compiler sees no vectors in the loop.
         let mut first_node = [0; CHUNK];
         for axis in 0..D {
@@ -177,11 +180,11 @@ impl ChunkWeights {
         let along = &mut self.along[axis];
         for i in 0..CHUNK {
             let at = CellOnAxis { cell: index_among_in_vectors(num_cells, place[i]), num_cells };
-            let weights = shape.weights(at, place[i], half_size[i]);
-            let first = shape.first_node(at) as u32;
+            let (before, weights) = shape.reached_weights(at, place[i], half_size[i]);
+            let first = shape.first_node(at) as u32 + before as u32;
             first_node[i] += first * stride;
             let mut spread = 0.0;
-            for k in 0..S::WIDTH {
+            for k in 0..S::REACHED {
                 along.value[k][i] = weights.value[k];
                 along.gradient[k][i] = weights.gradient[k] * inverse_spacing;
                 if MOMENTS {
@@ -197,7 +200,7 @@ impl ChunkWeights {
         }
     }
 
-    /// The first node of a particle's stencil.
+    /// The first node that a particle reaches.
     #[inline(always)]
     pub(super) fn first_node(&self, i: usize) -> u32 {
         self.first_node[i]
@@ -252,13 +255,13 @@ impl ChunkWeights {
         self.along[axis].inverse_spread[i]
     }
 
-    /// The nodes along an axis that a particle reaches.
+    /// Those among the nodes along an axis whose weights are not zero.
     ///
-    /// Quadratic splines, and boxes no longer than a cell, leave out the first or the last of four. Where both are left out only one is: always
-    /// the same number of turns is faster.
+    /// Boxes no longer than a cell leave out the first or the last of four. Where both are left out only one is: always the same number of
+    /// turns is faster.
     #[inline(always)]
     pub(super) fn reached<const WIDTH: usize>(&self, axis: usize, i: usize) -> Range<usize> {
-        let is_left_out = |k: usize| WIDTH > 2 && self.value(axis, k, i) == 0.0 && self.gradient(axis, k, i) == 0.0;
+        let is_left_out = |k: usize| WIDTH > 3 && self.value(axis, k, i) == 0.0 && self.gradient(axis, k, i) == 0.0;
         let (first, last) = (is_left_out(0), is_left_out(WIDTH - 1));
         let start = usize::from(first);
         start..start + WIDTH - usize::from(first | last)
