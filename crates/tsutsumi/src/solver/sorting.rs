@@ -1,0 +1,104 @@
+use super::{Parts, Solver, StepError};
+use crate::law::MaterialGroup;
+use crate::parallel;
+use crate::particles::{MOST, Moves, follow_all};
+
+/// Bodies of fewer particles are not sorted: the caches hold them in any order.
+const LEAST: usize = 50_000;
+
+/// The order is looked at when one in so many particles has changed its cell since the last look.
+const LOOK: usize = 8;
+
+/// Particles are sorted when one in so many stands far from the one before it in the lists by cell.
+const DISORDER: usize = 8;
+
+/// When the particles are brought into the order of their cells. Holds the work arrays.
+pub(super) struct Sorting {
+    /// Within ranges of places that no particle leaves: those of the groups, and of bodies in a fluid.
+    moves: Moves,
+    /// How many particles have changed their cells since the order was looked at.
+    moved: usize,
+    /// Whether they shall be sorted in the next step in any case.
+    is_asked_for: bool,
+}
+
+impl Sorting {
+    pub(super) fn new<const D: usize>(parts: &Parts<D>) -> Self {
+        let of_groups = parts.groups.iter().map(|group| group.particles());
+        let of_fluids = parts.boundary.fluid_loads().iter().map(|load| load.particles.clone());
+        let mut ends: Vec<usize> = of_groups.chain(of_fluids).flat_map(|range| [range.start, range.end]).collect();
+        ends.push(parts.particles.len());
+        ends.sort_unstable();
+        ends.dedup();
+        ends.retain(|&end| end > 0);
+        Sorting { moves: Moves::within_ranges(ends), moved: 0, is_asked_for: false }
+    }
+
+    /// Takes note of particles that have changed their cells.
+    pub(super) fn note(&mut self, moved: usize) {
+        self.moved += moved;
+    }
+}
+
+impl<const D: usize> Solver<D> {
+    /// Brings the particles into the order of their cells at the start of the next step, those of a cell into that of their numbers, each
+    /// group by itself.
+    ///
+    /// A solver does so by itself where many particles of a large body are out of order: in an order by chance a step takes several times as
+    /// long. Particles change their places in memory then, not their numbers ([`Particles::number`]). Sums at nodes and cells run in the
+    /// order of numbers in any case, so that nodes, cells and particles carry on with the same bits; sums over all particles, such as
+    /// energies, may differ in the last ones.
+    ///
+    /// [`Particles::number`]: crate::particles::Particles::number
+    pub fn sort_in_next_step(&mut self) {
+        self.sorting.is_asked_for = true;
+    }
+
+    /// Takes note of particles that have changed their cells, and sorts the particles where many are out of order.
+    pub(super) fn keep_order(&mut self, moved: usize) -> Result<(), StepError> {
+        self.sorting.note(moved);
+        if std::mem::take(&mut self.sorting.is_asked_for) || self.is_out_of_order() {
+            self.sort()?;
+        }
+        Ok(())
+    }
+
+    /// Looks at the order where enough particles have moved to disturb it.
+    fn is_out_of_order(&mut self) -> bool {
+        let count = self.parts.particles.len();
+        if count < LEAST || self.sorting.moved < count / LOOK {
+            return false;
+        }
+        self.sorting.moved = 0;
+        self.active.count_jumps() > count / DISORDER
+    }
+
+    /// Sorts particles whose cells and lists are up to date.
+    fn sort(&mut self) -> Result<(), StepError> {
+        let Solver { parts, active, motion, sorting, .. } = self;
+        let Parts { particles, groups, boundary, .. } = parts;
+        if particles.len() > MOST {
+            return Ok(());
+        }
+        particles.carry_numbers();
+        // Two arrays of one number per particle are there: the list by cell becomes that of the moves, the cells are found again afterwards.
+        let mut room = std::mem::take(&mut particles.cell);
+        sorting.moves.find(active.lend_particles(), &mut room);
+        let moves = &sorting.moves;
+        particles.change_places(moves);
+        follow_all(&mut [motion.of_particles()], moves);
+        parallel::for_each(&mut groups[..], 1, &|groups: &mut [Box<dyn MaterialGroup>]| {
+            for group in groups {
+                let of_group = group.particles();
+                group.carry(moves.within(of_group.start, of_group.end));
+            }
+        });
+        particles.list_places(&mut room);
+        boundary.follow(&room);
+        particles.cell = room;
+        let list = sorting.moves.take_room();
+        self.find_cells()?;
+        self.active.list_again(self.parts.particles.located(), list);
+        Ok(())
+    }
+}
