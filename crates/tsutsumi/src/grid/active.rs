@@ -9,6 +9,8 @@ use crate::parallel::{self, Pieces, vectorized};
 const GRAIN: usize = 2048;
 /// Particles that one thread looks at at a time.
 const PLACES: usize = 16_384;
+/// Nodes by which the list of them is changed at a time, more than those of a cell.
+const NODES: usize = 1024;
 /// So many places further on in memory are reached as if they were next.
 const NEAR: u32 = 8;
 
@@ -19,8 +21,6 @@ const NEAR: u32 = 8;
 pub struct ActiveSet {
     cells: Vec<u32>,
     nodes: Vec<u32>,
-    /// For each active node, the place among them where the nodes that follow each other from it on end.
-    run_ends: Vec<u32>,
     slot_of_cell: Vec<u32>,
     /// How many active cells touch each node of the grid.
     touches: Vec<u16>,
@@ -30,8 +30,9 @@ pub struct ActiveSet {
     /// Where in `particles` each slot begins, and the end.
     first_particle: Vec<u32>,
     movers: Movers,
-    /// Room for cells or slots that join or part.
+    /// Room for cells or slots that join or part, and for some of their nodes.
     changed: Vec<u32>,
+    changed_nodes: Vec<u32>,
 }
 
 /// What stands for the slot of a cell without particles.
@@ -60,13 +61,13 @@ impl ActiveSet {
         ActiveSet {
             cells: Vec::with_capacity(num_cells),
             nodes: Vec::with_capacity(num_nodes),
-            run_ends: Vec::with_capacity(num_nodes),
             slot_of_cell: vec![NO_SLOT; num_cells],
             touches: vec![0; num_nodes],
             generation: 0,
             particles: Vec::new(),
             first_particle: Vec::with_capacity(num_cells + 1),
             changed: Vec::with_capacity(num_cells.min(movers.most())),
+            changed_nodes: Vec::with_capacity(2 * NODES),
             movers,
         }
     }
@@ -109,14 +110,11 @@ impl ActiveSet {
             self.part_slots(&mut changed, visit_nodes);
         }
         self.changed = changed;
-        if any_joined || any_parted {
-            self.find_runs();
-            self.generation += 1;
-        }
+        self.generation += u64::from(any_joined || any_parted);
         true
     }
 
-    /// Adds cells without particles so far, in ascending order. The runs of nodes are to be found anew.
+    /// Adds cells without particles so far, in ascending order.
     fn join_cells(&mut self, new: &[u32], visit_nodes: &impl Fn(usize, &mut dyn FnMut(usize))) {
         let ActiveSet { cells, first_particle: first, .. } = self;
         let mut end = first.len();
@@ -130,21 +128,19 @@ impl ActiveSet {
         lists::insert(cells, new);
         self.number_slots(end);
 
-        let ActiveSet { nodes, run_ends: room, touches, .. } = self;
-        room.clear();
-        for &cell in new {
+        let ActiveSet { nodes, changed_nodes, touches, .. } = self;
+        let touch = |cell: u32, touched: &mut Vec<u32>| {
             visit_nodes(cell as usize, &mut |node| {
                 if touches[node] == 0 {
-                    room.push(node as u32);
+                    touched.push(node as u32);
                 }
                 touches[node] += 1;
             });
-        }
-        room.sort_unstable();
-        lists::insert(nodes, room);
+        };
+        change_by_parts(new, changed_nodes, touch, |touched| lists::insert(nodes, touched));
     }
 
-    /// Takes slots without particles out, in ascending order; their cells stand in their stead afterwards. The runs of nodes are to be found anew.
+    /// Takes slots without particles out, in ascending order; their cells stand in their stead afterwards.
     fn part_slots(&mut self, gone: &mut [u32], visit_nodes: &impl Fn(usize, &mut dyn FnMut(usize))) {
         let ActiveSet { cells, first_particle: first, slot_of_cell, .. } = self;
         let lowest = gone[0] as usize;
@@ -160,18 +156,16 @@ impl ActiveSet {
         lists::remove(cells, gone);
         self.number_slots(lowest);
 
-        let ActiveSet { nodes, run_ends: room, touches, .. } = self;
-        room.clear();
-        for &cell in gone.iter() {
+        let ActiveSet { nodes, changed_nodes, touches, .. } = self;
+        let leave = |cell: u32, left: &mut Vec<u32>| {
             visit_nodes(cell as usize, &mut |node| {
                 touches[node] -= 1;
                 if touches[node] == 0 {
-                    room.push(node as u32);
+                    left.push(node as u32);
                 }
             });
-        }
-        room.sort_unstable();
-        lists::remove(nodes, room);
+        };
+        change_by_parts(gone, changed_nodes, leave, |left| lists::remove(nodes, left));
     }
 
     /// Tells the cells their slots, from one on.
@@ -265,16 +259,7 @@ impl ActiveSet {
         nodes.clear();
         let touched = touches.iter().enumerate().filter(|(_, touches)| **touches > 0);
         nodes.extend(touched.map(|(node, _)| node as u32));
-        self.find_runs();
         self.generation += 1;
-    }
-
-    fn find_runs(&mut self) {
-        self.run_ends.clear();
-        for run in self.nodes.chunk_by(|node, next| node + 1 == *next) {
-            let end = self.run_ends.len() + run.len();
-            self.run_ends.resize(end, end as u32);
-        }
     }
 
     /// The active cells.
@@ -307,7 +292,7 @@ impl ActiveSet {
                     let end = piece.place + piece.numbers.len();
                     let mut place = piece.place;
                     while place < end {
-                        let next = end.min(self.run_ends[place] as usize);
+                        let next = run_end(&self.nodes[..end], place);
                         let first = self.nodes[place] as usize;
                         let nodes = first..first + (next - place);
                         change(nodes.clone(), &mut piece.values[nodes.start - piece.first..nodes.end - piece.first]);
@@ -351,6 +336,46 @@ impl ActiveSet {
     /// Counts the rebuilds: work arrays made for one generation hold until the next.
     pub fn generation(&self) -> u64 {
         self.generation
+    }
+}
+
+/// Where the numbers that follow each other from a place on end, in a list in ascending order.
+fn run_end(numbers: &[u32], place: usize) -> usize {
+    // As far from the first as their places are: then all in between are there.
+    let follow = |other: usize| (numbers[other] - numbers[place]) as usize == other - place;
+    let (mut last, mut end, mut stride) = (place, numbers.len(), 1);
+    while last + stride < end {
+        match follow(last + stride) {
+            true => last += stride,
+            false => end = last + stride,
+        }
+        stride *= 2;
+    }
+    while end - last > 1 {
+        let middle = last.midpoint(end);
+        match follow(middle) {
+            true => last = middle,
+            false => end = middle,
+        }
+    }
+    end
+}
+
+/// Changes a list of nodes by those that some cells bring or take, some cells at a time.
+fn change_by_parts(
+    cells: &[u32],
+    nodes: &mut Vec<u32>,
+    mut find: impl FnMut(u32, &mut Vec<u32>),
+    mut change: impl FnMut(&[u32]),
+) {
+    nodes.clear();
+    for (count, &cell) in cells.iter().enumerate() {
+        find(cell, nodes);
+        if nodes.len() >= NODES || count + 1 == cells.len() {
+            nodes.sort_unstable();
+            change(nodes);
+            nodes.clear();
+        }
     }
 }
 
@@ -402,7 +427,6 @@ impl ActiveSet {
         let ActiveSet {
             cells,
             nodes,
-            run_ends,
             slot_of_cell,
             touches,
             generation: _,
@@ -410,10 +434,10 @@ impl ActiveSet {
             first_particle,
             movers,
             changed,
+            changed_nodes,
         } = self;
-        let lists: usize =
-            [cells, nodes, run_ends, slot_of_cell, particles, first_particle, changed].map(vec_bytes).iter().sum();
-        lists + vec_bytes(touches) + movers.bytes()
+        let lists = [cells, nodes, slot_of_cell, particles, first_particle, changed, changed_nodes];
+        lists.map(vec_bytes).iter().sum::<usize>() + vec_bytes(touches) + movers.bytes()
     }
 }
 
@@ -487,8 +511,8 @@ mod tests {
             anew.update(located, corners(&grid));
             assert_eq!(active.generation(), generation, "{num_movers} movers");
             assert_eq!((active.cells(), active.nodes()), (anew.cells(), anew.nodes()));
-            assert_eq!((&active.run_ends, &active.touches), (&anew.run_ends, &anew.touches));
-            assert_eq!((&active.slot_of_cell, active.particles()), (&anew.slot_of_cell, anew.particles()));
+            assert_eq!((&active.slot_of_cell, &active.touches), (&anew.slot_of_cell, &anew.touches));
+            assert_eq!(active.particles(), anew.particles());
             for slot in 0..active.cells().len() {
                 let of_slot = active.particles_of(slot);
                 assert_eq!(of_slot, anew.particles_of(slot));

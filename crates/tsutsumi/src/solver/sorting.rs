@@ -1,7 +1,7 @@
 use super::{Parts, Solver, StepError};
 use crate::law::MaterialGroup;
 use crate::parallel;
-use crate::particles::{MOST, Moves, follow_all};
+use crate::particles::{MOST, Moves, Particles, follow_all};
 
 /// Bodies of fewer particles are not sorted: the caches hold them in any order.
 const LEAST: usize = 50_000;
@@ -38,6 +38,12 @@ impl Sorting {
     pub(super) fn note(&mut self, moved: usize) {
         self.moved += moved;
     }
+}
+
+/// The memory that sorting particles for the first time will set aside (bytes).
+pub(super) fn bytes_to_come<const D: usize>(particles: &Particles<D>) -> usize {
+    let is_to_come = particles.len() >= LEAST && particles.numbers().is_empty();
+    if is_to_come { particles.len() * size_of::<u32>() } else { 0 }
 }
 
 impl<const D: usize> Solver<D> {
