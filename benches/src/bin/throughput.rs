@@ -74,7 +74,7 @@ fn measure<const D: usize>(arguments: &Arguments) -> Result<serde_json::Value, B
         "law": block.law,
         "saturated": block.saturated,
         "shuffled": block.shuffled,
-        "whirl": block.whirl,
+        "motion": format!("{:?}", block.motion),
         "threads": arguments.threads,
         "particles": particles,
         "cells": solver.active().cells().len(),

@@ -217,7 +217,11 @@ fn pad<const D: usize>(vector: &Vector<D>) -> [f64; 3] {
 }
 
 /// All particles in the order of their numbers, whatever their places are by now: a point of a file keeps its line from file to file.
-fn write_particles<const D: usize>(path: &Path, time: f64, simulation: &Simulation<D>) -> Result<(), VtkError> {
+pub(crate) fn write_particles<const D: usize>(
+    path: &Path,
+    time: f64,
+    simulation: &Simulation<D>,
+) -> Result<(), VtkError> {
     let particles = simulation.model().particles();
     let places: Vec<usize> = particles.places_by_number().collect();
     let vectors = |values: &[Vector<D>]| -> Vec<[f64; 3]> { places.iter().map(|&p| pad(&values[p])).collect() };

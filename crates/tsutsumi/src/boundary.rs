@@ -280,7 +280,11 @@ impl<const D: usize> Boundary<D> {
     fn loaded(&self, load: usize) -> impl Iterator<Item = (usize, Vector<D>)> + '_ {
         let places = self.places.get(load);
         let place = move |carrier: usize, number: usize| places.map_or(number, |places| places[carrier] as usize);
-        self.loads[load].forces.iter().enumerate().map(move |(carrier, &(number, force))| (place(carrier, number), force))
+        self.loads[load]
+            .forces
+            .iter()
+            .enumerate()
+            .map(move |(carrier, &(number, force))| (place(carrier, number), force))
     }
 
     /// The fluids that press on bodies.

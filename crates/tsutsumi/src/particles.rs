@@ -2,8 +2,8 @@
 
 mod order;
 
-pub(crate) use order::{Follows, MOST, follow_all};
 pub use order::{AtPlaces, Moves, MovesWithin};
+pub(crate) use order::{Follows, MOST, follow_all};
 
 use std::ops::Range;
 

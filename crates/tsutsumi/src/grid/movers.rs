@@ -141,7 +141,8 @@ impl Movers {
             let to = mover.to as usize;
             // What stands beyond `end` has moved already, and belongs behind the mover.
             let of_slot = first[to] as usize..end.min(first[to + 1] as usize);
-            let place = of_slot.start + particles[of_slot].partition_point(|&known| number_of(known) < number_of(mover.particle));
+            let place = of_slot.start
+                + particles[of_slot].partition_point(|&known| number_of(known) < number_of(mover.particle));
             particles.copy_within(place..end, place + number + 1);
             particles[place + number] = mover.particle;
             end = place;

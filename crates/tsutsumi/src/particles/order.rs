@@ -86,14 +86,17 @@ impl Moves {
     }
 
     /// Lists places range by range, in each in the order in which they are listed.
-    fn split(&self, listed: &[u32], to: &mut [u32]) {
+    fn split(&mut self, listed: &[u32], to: &mut [u32]) {
         let mut start = 0;
-        for &(end, _) in &self.ends {
-            let of_range = listed.iter().filter(|place| (start..end).contains(&(**place as usize)));
-            for (to, &place) in to[start..end].iter_mut().zip(of_range) {
-                *to = place;
-            }
-            start = end;
+        for (end, next) in &mut self.ends {
+            *next = start;
+            start = *end;
+        }
+        for &place in listed {
+            let range = self.ends.partition_point(|(end, _)| *end <= place as usize);
+            let next = &mut self.ends[range].1;
+            to[*next] = place;
+            *next += 1;
         }
     }
 
