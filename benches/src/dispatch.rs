@@ -107,8 +107,8 @@ where
     fn step(&mut self, dt: f64) -> Result<(), StepError> {
         let Loop { grid, active, nodes, particles, boundary, gravity, shape, .. } = self;
         // 2.
-        if particles.locate(grid).map_err(|outside| StepError::Outside { time: f64::NAN, outside })? {
-            active.update(&particles.cell, |cells, touched| shape.touch_nodes(grid, cells, touched));
+        if particles.locate(grid).map_err(|outside| StepError::Outside { time: f64::NAN, outside })? > 0 {
+            active.update(particles.located(), |cell, visit| shape.visit_stencil(grid, cell, visit));
         }
         // 3.
         nodes.clear(active);

@@ -27,14 +27,27 @@ fn bits<const D: usize>(particles: &Particles<D>) -> Vec<u64> {
     numbers.map(f64::to_bits).collect()
 }
 
-/// Runs the body on one thread and on three.
+/// Runs the body on one thread and on three, with its particles as they stand and sorted in every step.
 fn assert_same<const D: usize>(what: &str, steps: usize, build: impl Fn() -> Solver<D> + Sync) {
+    assert_same_with(what, steps, &build, |solver, dt| run(solver, dt, 1).unwrap());
+    assert_same_with(&format!("{what}, sorted"), steps, &build, |solver, dt| {
+        solver.sort_in_next_step();
+        run(solver, dt, 1).unwrap();
+    });
+}
+
+fn assert_same_with<const D: usize>(
+    what: &str,
+    steps: usize,
+    build: &(impl Fn() -> Solver<D> + Sync),
+    step: impl Fn(&mut Solver<D>, f64) + Sync,
+) {
     let outcome = |threads| {
         let pool = rayon::ThreadPoolBuilder::new().num_threads(threads).build().unwrap();
         pool.install(|| {
             let mut solver = build();
             let dt = 0.2 * solver.step_limits().longest();
-            run(&mut solver, dt, steps).unwrap();
+            (0..steps).for_each(|_| step(&mut solver, dt));
             (bits(solver.particles()), solver.strain_energy().to_bits(), solver.outflow().to_bits())
         })
     };

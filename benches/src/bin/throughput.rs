@@ -73,6 +73,8 @@ fn measure<const D: usize>(arguments: &Arguments) -> Result<serde_json::Value, B
         "update": block.update,
         "law": block.law,
         "saturated": block.saturated,
+        "shuffled": block.shuffled,
+        "motion": format!("{:?}", block.motion),
         "threads": arguments.threads,
         "particles": particles,
         "cells": solver.active().cells().len(),

@@ -20,9 +20,10 @@ pub(crate) fn failed_point<const D: usize>(
     model: &dyn Model<D>,
 ) -> Option<Result<String, String>> {
     let (particle, question) = asked(error)?;
-    let group = model.groups().iter().find(|group| group.particles().contains(&particle))?;
+    let place = model.particles().place_of(particle);
+    let group = model.groups().iter().find(|group| group.particles().contains(&place))?;
     let material = case.materials.get(group.name())?;
-    let written = written(&*group.history(particle - group.particles().start)).map(|history| ElementTestFile {
+    let written = written(&*group.history(place - group.particles().start)).map(|history| ElementTestFile {
         title: format!("{}: the point whose law has failed", case.title),
         material: TestMaterial { law: material.law.clone(), parameters: material.parameters.clone() },
         initial: TestInitial { components: Some(components(question.stress)), history, ..TestInitial::default() },
@@ -36,7 +37,7 @@ pub(crate) fn failed_point<const D: usize>(
     Some(text.map(|text| comment(&error.to_string()) + &text))
 }
 
-/// The particle or Gauss point whose law has failed, and what the law was asked.
+/// The number of the particle or Gauss point whose law has failed, and what the law was asked.
 fn asked(error: &(dyn Error + 'static)) -> Option<(usize, Question)> {
     if let Some(StepError::Law { particle, question, .. }) = error.downcast_ref() {
         return Some((*particle, **question));

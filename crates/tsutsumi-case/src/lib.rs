@@ -78,3 +78,5 @@ pub use source::CaseSource;
 
 #[cfg(test)]
 mod case_tests;
+#[cfg(test)]
+mod order_tests;

@@ -16,6 +16,9 @@ pub trait Model<const D: usize> {
     /// The model's own reasons. What can be read is then the last good state.
     fn step(&mut self, dt: f64) -> Result<StepReport, Box<dyn Error>>;
 
+    /// Has the particles sorted by cells in the next step, see [`Solver::sort_in_next_step`]; Gauss points keep their places.
+    fn sort_in_next_step(&mut self);
+
     /// The time (s).
     fn time(&self) -> f64;
 
@@ -95,6 +98,10 @@ impl<const D: usize> Model<D> for Solver<D> {
         Ok(self.step(dt)?)
     }
 
+    fn sort_in_next_step(&mut self) {
+        self.sort_in_next_step();
+    }
+
     fn step_limits(&self) -> Option<StepLimits> {
         Some(self.step_limits())
     }
@@ -118,6 +125,8 @@ impl<const D: usize> Model<D> for FiniteElements<D> {
     fn step(&mut self, dt: f64) -> Result<StepReport, Box<dyn Error>> {
         Ok(self.step(dt)?)
     }
+
+    fn sort_in_next_step(&mut self) {}
 
     fn step_limits(&self) -> Option<StepLimits> {
         None

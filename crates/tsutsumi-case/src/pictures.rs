@@ -30,7 +30,7 @@ impl Snapshot {
         let particles = simulation.model().particles();
         let grid = simulation.model().grid();
         let in_cut = |p: &usize| D < 3 || particles.position[*p][1] <= grid.origin()[1] + grid.spacing()[1];
-        let shown: Vec<usize> = (0..particles.len()).filter(in_cut).collect();
+        let shown: Vec<usize> = particles.places_by_number().filter(in_cut).collect();
         // A 1-D column is drawn one cell height wide.
         let width = grid.spacing()[0];
         let up = D - 1;

@@ -6,7 +6,7 @@ use std::path::{Path, PathBuf};
 
 use serde::Serialize;
 use tsutsumi::grid::Grid;
-use tsutsumi::tensor::Vector;
+use tsutsumi::tensor::{Sym3, Vector};
 
 use crate::folder::{CASE, FAILED_POINT, FIELDS, FIGURES, GRID, HISTORY, MANIFEST, PARTICLES, claim, write_error};
 use crate::simulation::{Balances, Simulation};
@@ -216,25 +216,34 @@ fn pad<const D: usize>(vector: &Vector<D>) -> [f64; 3] {
     std::array::from_fn(|axis| if axis < D { vector[axis] } else { 0.0 })
 }
 
-fn write_particles<const D: usize>(path: &Path, time: f64, simulation: &Simulation<D>) -> Result<(), VtkError> {
+/// All particles in the order of their numbers, whatever their places are by now: a point of a file keeps its line from file to file.
+pub(crate) fn write_particles<const D: usize>(
+    path: &Path,
+    time: f64,
+    simulation: &Simulation<D>,
+) -> Result<(), VtkError> {
     let particles = simulation.model().particles();
-    let points: Vec<[f64; 3]> = particles.position.iter().map(pad).collect();
-    let displacement: Vec<[f64; 3]> = (0..particles.len()).map(|p| pad(&simulation.displacement(p))).collect();
-    let velocity: Vec<[f64; 3]> = particles.velocity.iter().map(pad).collect();
-    let stress: Vec<[f64; 6]> = particles.stress.iter().map(|s| [s.xx, s.yy, s.zz, s.xy, s.yz, s.zx]).collect();
-    let half_size: Vec<[f64; 3]> = particles.half_size.iter().map(pad).collect();
+    let places: Vec<usize> = particles.places_by_number().collect();
+    let vectors = |values: &[Vector<D>]| -> Vec<[f64; 3]> { places.iter().map(|&p| pad(&values[p])).collect() };
+    let scalars = |values: &[f64]| -> Vec<f64> { places.iter().map(|&p| values[p]).collect() };
+    let components = |s: Sym3| [s.xx, s.yy, s.zz, s.xy, s.yz, s.zx];
+    let points = vectors(&particles.position);
+    let displacement: Vec<[f64; 3]> = places.iter().map(|&p| pad(&simulation.displacement(p))).collect();
+    let velocity = vectors(&particles.velocity);
+    let stress: Vec<[f64; 6]> = places.iter().map(|&p| components(particles.stress[p])).collect();
+    let half_size = vectors(&particles.half_size);
     let mut body = vec![0.0; particles.len()];
     for (number, group) in simulation.model().groups().iter().enumerate() {
         body[group.particles()].fill(number as f64);
     }
     let mut fields = vec![
-        Field::scalar("pressure", &particles.pressure),
+        Field::scalar("pressure", scalars(&particles.pressure)),
         Field::vector("displacement", &displacement),
         Field::vector("velocity", &velocity),
         Field::symmetric_tensor("stress", &stress),
-        Field::scalar("volume", &particles.volume),
+        Field::scalar("volume", scalars(&particles.volume)),
         Field::vector("half_size", &half_size),
-        Field::scalar("porosity", &particles.porosity),
+        Field::scalar("porosity", scalars(&particles.porosity)),
         Field::scalar("body", &body),
     ];
     let outputs = law_outputs(simulation);
@@ -242,7 +251,7 @@ fn write_particles<const D: usize>(path: &Path, time: f64, simulation: &Simulati
     write_points(path, time, &points, &fields)
 }
 
-/// The laws' own output quantities, NaN where a particle's law has no such quantity.
+/// The laws' own output quantities by the numbers of the particles, NaN where a particle's law has no such quantity.
 fn law_outputs<const D: usize>(simulation: &Simulation<D>) -> Vec<(&'static str, Vec<f64>)> {
     let particles = simulation.model().particles();
     let mut columns: Vec<(&'static str, Vec<f64>)> = Vec::new();
@@ -259,7 +268,7 @@ fn law_outputs<const D: usize>(simulation: &Simulation<D>) -> Vec<(&'static str,
                         columns.len() - 1
                     }
                 };
-                columns[column].1[p] = value;
+                columns[column].1[particles.number(p)] = value;
             }
         }
     }

@@ -13,8 +13,9 @@ use crate::{Body, BodyShape, Case, Model};
 pub struct Simulation<const D: usize> {
     model: Box<dyn Model<D>>,
     probes: Vec<ProbeAt<D>>,
-    /// The particles whose fall is the settlement.
+    /// The numbers of the particles whose fall is the settlement, in ascending order.
     top: Vec<usize>,
+    /// Where the particles started (m), by number.
     position: Vec<Vector<D>>,
     /// Half heights of the top particles at the start (m).
     top_half_height: Vec<f64>,
@@ -32,7 +33,7 @@ pub(crate) struct ProbeAt<const D: usize> {
     pub(crate) name: String,
     /// A fixed point (m).
     pub(crate) pressure_at: Option<Vector<D>>,
-    /// A particle that is followed.
+    /// The number of a particle that is followed.
     pub(crate) particle: Option<usize>,
 }
 
@@ -93,9 +94,10 @@ impl<const D: usize> Simulation<D> {
         &mut *self.model
     }
 
-    /// The displacement of a particle since the start (m).
-    pub fn displacement(&self, particle: usize) -> Vector<D> {
-        self.model.particles().position[particle] - self.position[particle]
+    /// The displacement of the particle at a place since the start (m).
+    pub fn displacement(&self, place: usize) -> Vector<D> {
+        let particles = self.model.particles();
+        particles.position[place] - self.position[particles.number(place)]
     }
 
     /// The names of the readings, in the order of [`Simulation::readings`].
@@ -133,7 +135,7 @@ impl<const D: usize> Simulation<D> {
         let mut row = vec![self.model.time(), self.model.steps() as f64];
         for probe in &self.probes {
             row.extend(probe.pressure_at.map(|point| self.pressure_at(&point)));
-            if let Some(p) = probe.particle {
+            if let Some(p) = probe.particle.map(|number| particles.place_of(number)) {
                 row.extend(self.displacement(p).iter());
                 row.extend(particles.velocity[p].iter());
             }
@@ -166,15 +168,23 @@ impl<const D: usize> Simulation<D> {
 
     /// The mean fall of the top particles (m): the paper's displacement of a mass.
     pub fn settlement_of_particles(&self) -> f64 {
-        let rise: f64 = self.top.iter().map(|&p| self.displacement(p)[D - 1]).sum();
+        let rise: f64 = self.top_places().map(|p| self.displacement(p)[D - 1]).sum();
         0.0 - rise / self.top.len() as f64
     }
 
     /// The mean fall of the top particles' upper faces (m): the settlement of the true surface.
     pub fn settlement_of_surface(&self) -> f64 {
         let half_size = &self.model.particles().half_size;
-        let thinned: f64 = self.top.iter().zip(&self.top_half_height).map(|(&p, old)| old - half_size[p][D - 1]).sum();
+        let thinned: f64 = self.top_places().zip(&self.top_half_height).map(|(p, old)| old - half_size[p][D - 1]).sum();
         self.settlement_of_particles() + thinned / self.top.len() as f64
+    }
+
+    /// The places of the top particles now, in the order of their numbers.
+    fn top_places(&self) -> impl Iterator<Item = usize> {
+        let mut top = self.top.iter().copied().peekable();
+        let places = self.model.particles().places_by_number().enumerate();
+        let of_top = places.filter(move |(number, _)| top.next_if_eq(number).is_some()).map(|(_, place)| place);
+        of_top.take(self.top.len())
     }
 
     /// What gravity has gained or lost on the particles since the start, −Σ M_p g·u_p (J).
@@ -208,7 +218,8 @@ impl<const D: usize> Simulation<D> {
     fn errors(&self, motion: &dyn Motion<D>) -> impl Iterator<Item = f64> {
         let (time, particles, scales) = (self.model.time(), self.model.particles(), motion.scales());
         let rms = |error: &dyn Fn(usize, &Vector<D>) -> Vector<D>| {
-            let squares = self.position.iter().enumerate().map(|(p, start)| error(p, start).norm_squared());
+            let starts = particles.places_by_number().zip(&self.position);
+            let squares = starts.map(|(p, start)| error(p, start).norm_squared());
             (squares.sum::<f64>() / particles.len() as f64).sqrt()
         };
         let displacement = rms(&|p, start| self.displacement(p) - motion.displacement(start, time));

@@ -227,7 +227,7 @@ impl<const D: usize> FiniteElements<D> {
         parts.points.locate(&parts.grid)?;
         let (grid, points) = (&parts.grid, &parts.points);
         let mut active = ActiveSet::new(grid);
-        active.update(&points.cell, |cells, touched| Linear.touch_nodes(grid, cells, touched));
+        active.update(points.located(), |cell, visit| Linear.visit_stencil(grid, cell, visit));
         let mut sums = NodeFields::new(grid);
         Linear.particles_to_nodes(grid, &active, points, LocalMotion::Nothing, &mut sums);
         parts.boundary.hold(&active, &mut sums);

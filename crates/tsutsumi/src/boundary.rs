@@ -110,7 +110,7 @@ pub enum AppliedTo {
 /// A load carried by particles.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Load<const D: usize> {
-    /// The loaded particles and the force on each (N) where the history is 1.
+    /// The loaded particles, by number, and the force on each (N) where the history is 1.
     pub forces: Vec<(usize, Vector<D>)>,
     /// How the forces vary with time.
     pub history: History,
@@ -123,7 +123,7 @@ pub struct Load<const D: usize> {
 /// It acts on every side of the body, also where another body or a support touches it; a support takes up the force there.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FluidLoad {
-    /// The particles of the body.
+    /// The particles of the body, by number; a solver keeps their places in the same range.
     pub particles: Range<usize>,
     /// The pressure where the history is 1 (Pa, positive in compression).
     pub pressure: f64,
@@ -164,6 +164,7 @@ impl<const D: usize> BodyForce<D> for GroundMotion<D> {
 #[derive(Debug, Clone)]
 struct FollowingForce<const D: usize> {
     force: Arc<dyn BodyForce<D>>,
+    /// By number.
     starts: Vec<Vector<D>>,
 }
 
@@ -174,6 +175,8 @@ pub struct Boundary<const D: usize> {
     /// The nodes that move as one, wherever the body is.
     ties: Vec<Tie>,
     loads: Vec<Load<D>>,
+    /// The places of the loaded particles, load by load; none as long as they are their numbers.
+    places: Vec<Vec<u32>>,
     fluid_loads: Vec<FluidLoad>,
     body_forces: Vec<FollowingForce<D>>,
 }
@@ -185,6 +188,7 @@ impl<const D: usize> Boundary<D> {
             fixed: vec![AxisSet::default(); grid.num_nodes()],
             ties: Vec::new(),
             loads: Vec::new(),
+            places: Vec::new(),
             fluid_loads: Vec::new(),
             body_forces: Vec::new(),
         }
@@ -254,9 +258,33 @@ impl<const D: usize> Boundary<D> {
         self.fluid_loads.push(load);
     }
 
-    /// Adds a body force on all particles, which start at `starts` (m).
+    /// Adds a body force on all particles, which start at `starts` (m), by number.
     pub fn push_body_force(&mut self, force: Arc<dyn BodyForce<D>>, starts: Vec<Vector<D>>) {
         self.body_forces.push(FollowingForce { force, starts });
+    }
+
+    /// Follows the loaded particles to their places, which are listed by number.
+    pub(crate) fn follow(&mut self, places: &[u32]) {
+        let Boundary { loads, places: of_loads, .. } = self;
+        if of_loads.is_empty() {
+            *of_loads = loads.iter().map(|load| vec![0; load.forces.len()]).collect();
+        }
+        for (load, of_load) in loads.iter().zip(of_loads) {
+            for (place, &(number, _)) in of_load.iter_mut().zip(&load.forces) {
+                *place = places[number];
+            }
+        }
+    }
+
+    /// The places of the particles of a load, each with the force on it (N) where the history is 1.
+    fn loaded(&self, load: usize) -> impl Iterator<Item = (usize, Vector<D>)> + '_ {
+        let places = self.places.get(load);
+        let place = move |carrier: usize, number: usize| places.map_or(number, |places| places[carrier] as usize);
+        self.loads[load]
+            .forces
+            .iter()
+            .enumerate()
+            .map(move |(carrier, &(number, force))| (place(carrier, number), force))
     }
 
     /// The fluids that press on bodies.
@@ -288,9 +316,9 @@ impl<const D: usize> Boundary<D> {
         time: f64,
         nodes: &mut NodeFields<D>,
     ) {
-        for load in &self.loads {
+        for (number, load) in self.loads.iter().enumerate() {
             let factor = load.history.factor(time);
-            for &(p, force) in &load.forces {
+            for (p, force) in self.loaded(number) {
                 let (mut point, mut half_size) = (particles.position[p], particles.half_size[p]);
                 if let AppliedTo::Surface(side) = load.applied_to {
                     point[side.axis] += side.sign() * half_size[side.axis];
@@ -305,7 +333,8 @@ impl<const D: usize> Boundary<D> {
             transfer.spread_pressure(grid, active, particles, load.particles.clone(), pressure, nodes);
         }
         for FollowingForce { force, starts } in &self.body_forces {
-            transfer.spread_body_force(grid, active, particles, &|p| force.force(&starts[p], time), nodes);
+            let of_particle = |p: usize| force.force(&starts[particles.number(p)], time);
+            transfer.spread_body_force(grid, active, particles, &of_particle, nodes);
         }
     }
 

@@ -3,9 +3,10 @@
 //! Nodes and cells are numbered with x fastest. The grid never moves; the body does.
 
 mod active;
+mod lists;
 mod movers;
 
-pub use active::ActiveSet;
+pub use active::{ActiveSet, Located};
 
 use crate::tensor::Vector;
 

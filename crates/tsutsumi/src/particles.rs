@@ -1,15 +1,22 @@
 //! The material points: a body Ω split into subdomains Ω_p, each carried by a particle.
 
+mod order;
+
+pub use order::{AtPlaces, Moves, MovesWithin};
+pub(crate) use order::{Follows, MOST, follow_all};
+
 use std::ops::Range;
 
-use crate::grid::{Grid, SideSet, vec_bytes};
+use crate::grid::{Grid, Located, SideSet, vec_bytes};
 use crate::parallel::{self, vectorized};
 use crate::tensor::{Matrix, Sym3, Vector};
 
 /// Particles that one thread locates at a time.
 const GRAIN: usize = 8192;
 
-/// The material points, structure of arrays: every field has one value per particle, in the same order.
+/// The material points, structure of arrays: every field has one value per particle, in the same order, that of their *places*.
+///
+/// Places may change from step to step, [`Particles::number`] finds a particle again.
 ///
 /// # Equation
 ///
@@ -48,6 +55,8 @@ pub struct Particles<const D: usize> {
     pub cell: Vec<u32>,
     /// What the velocity update keeps of the motion around the particle, as its [`LocalMotion`] says; empty where it keeps nothing.
     pub local_motion: Vec<Matrix<D>>,
+    /// The numbers of the particles; empty as long as they are those of the places.
+    pub(crate) numbers: Vec<u32>,
 }
 
 /// What a velocity update keeps of the motion around each particle, and gives to the nodes in the next step besides the velocity V_p.
@@ -154,6 +163,11 @@ impl<const D: usize> Particles<D> {
         Places { position, half_size, half_size_at_start }
     }
 
+    /// The cells that hold the particles, for [`ActiveSet::update`](crate::grid::ActiveSet::update).
+    pub fn located(&self) -> Located<'_> {
+        Located { cells: &self.cell, numbers: &self.numbers }
+    }
+
     /// Adds a particle.
     pub fn push(&mut self, particle: Particle<D>) {
         let volume = (particle.half_size * 2.0).product();
@@ -169,6 +183,9 @@ impl<const D: usize> Particles<D> {
         self.conductivity.push(particle.conductivity);
         self.drained.push(SideSet::EMPTY);
         self.cell.push(u32::MAX);
+        if !self.numbers.is_empty() {
+            self.numbers.push(self.numbers.len() as u32);
+        }
     }
 
     /// Gives a particle another volume (m³) than its box has; its mass follows, its density stays.
@@ -185,11 +202,11 @@ impl<const D: usize> Particles<D> {
         };
     }
 
-    /// Finds the cell of every particle. Returns true when any particle changed its cell.
+    /// Finds the cell of every particle. Returns how many have changed theirs.
     ///
     /// # Errors
-    /// The first particle outside the grid.
-    pub fn locate(&mut self, grid: &Grid<D>) -> Result<bool, OutsideGrid> {
+    /// The first particle outside the grid, by number.
+    pub fn locate(&mut self, grid: &Grid<D>) -> Result<usize, OutsideGrid> {
         let pieces = (&self.position[..], &mut self.cell[..]);
         let locate = |(positions, cells): (&[Vector<D>], &mut [u32])| {
             vectorized(
@@ -197,14 +214,15 @@ impl<const D: usize> Particles<D> {
                 || locate_piece(grid, positions, cells),
             )
         };
-        let (moved, outside) = parallel::fold(pieces, GRAIN, &locate, &|before: (bool, bool), after| {
-            (before.0 || after.0, before.1 || after.1)
+        let (moved, outside) = parallel::fold(pieces, GRAIN, &locate, &|before: (usize, bool), after| {
+            (before.0 + after.0, before.1 || after.1)
         });
         let list = |v: Vector<D>| v.iter().copied().collect();
-        match self.position.iter().position(|position| outside && grid.cell_at(position).is_none()) {
-            Some(particle) => Err(OutsideGrid {
-                particle,
-                position: list(self.position[particle]),
+        let is_outside = |place: &usize| outside && grid.cell_at(&self.position[*place]).is_none();
+        match (0..self.len()).filter(is_outside).min_by_key(|&place| self.number(place)) {
+            Some(place) => Err(OutsideGrid {
+                particle: self.number(place),
+                position: list(self.position[place]),
                 from: list(grid.origin()),
                 to: list(grid.end()),
             }),
@@ -226,18 +244,18 @@ impl<const D: usize> Particles<D> {
 /// Particles whose cells are found before any is written: most stay where they are, and cost no write.
 const BLOCK: usize = 64;
 
-/// Finds the cells of some particles. Returns whether any changed its cell, and whether any is outside the grid: its block keeps its cells.
+/// Finds the cells of some particles. Returns how many changed theirs, and whether any is outside the grid: its block keeps its cells.
 #[inline(always)]
-fn locate_piece<const D: usize>(grid: &Grid<D>, positions: &[Vector<D>], cells: &mut [u32]) -> (bool, bool) {
-    let (mut moved, mut outside) = (false, false);
+fn locate_piece<const D: usize>(grid: &Grid<D>, positions: &[Vector<D>], cells: &mut [u32]) -> (usize, bool) {
+    let (mut moved, mut outside) = (0, false);
     for (positions, cells) in positions.chunks(BLOCK).zip(cells.chunks_mut(BLOCK)) {
         let mut found = [0; BLOCK];
         let all_inside = grid.cells_at(positions, &mut found);
         let differences = cells.iter().zip(&found).fold(0, |bits, (old, new)| bits | (old ^ new));
         outside |= !all_inside;
         if all_inside && differences != 0 {
+            moved += cells.iter().zip(&found).filter(|(old, new)| old != new).count();
             cells.copy_from_slice(&found[..cells.len()]);
-            moved = true;
         }
     }
     (moved, outside)
@@ -276,11 +294,13 @@ impl<const D: usize> Particles<D> {
             drained,
             cell,
             local_motion,
+            numbers,
         } = self;
         let vectors = [position, velocity, half_size, half_size_at_start].map(vec_bytes);
-        let numbers = [mass, volume, pressure, porosity, conductivity].map(vec_bytes);
-        let others = [vec_bytes(stress), vec_bytes(drained), vec_bytes(cell), vec_bytes(local_motion)];
-        vectors.iter().chain(&numbers).chain(&others).sum()
+        let scalars = [mass, volume, pressure, porosity, conductivity].map(vec_bytes);
+        let places = [cell, numbers].map(vec_bytes);
+        let others = [vec_bytes(stress), vec_bytes(drained), vec_bytes(local_motion)];
+        vectors.iter().chain(&scalars).chain(&places).chain(&others).sum()
     }
 }
 
@@ -324,11 +344,11 @@ mod tests {
                 particles.push(particle(position));
             }
         }
-        assert!(particles.locate(&grid).unwrap());
+        assert_eq!(particles.locate(&grid).unwrap(), particles.len());
         let expected: Vec<u32> = particles.position.iter().map(|x| grid.cell_at(x).unwrap() as u32).collect();
         assert_eq!(particles.cell, expected);
         assert!((0..grid.num_cells() as u32).all(|cell| expected.contains(&cell)));
-        assert!(!particles.locate(&grid).unwrap());
+        assert_eq!(particles.locate(&grid).unwrap(), 0);
     }
 
     #[test]
@@ -346,7 +366,7 @@ mod tests {
         for position in outside {
             let mut particles = Particles::default();
             (0..200).for_each(|_| particles.push(particle(Vector::<2>::new(2.9, 1.9))));
-            assert!(particles.locate(&grid).unwrap());
+            assert_eq!(particles.locate(&grid).unwrap(), particles.len());
             (particles.position[130], particles.position[190]) = (position, position);
             particles.position[0].x = 0.5;
             assert_eq!(particles.locate(&grid).unwrap_err().particle, 130);

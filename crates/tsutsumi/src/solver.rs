@@ -5,6 +5,7 @@ mod error;
 mod limits;
 mod memory;
 mod motion;
+mod sorting;
 mod stress_order;
 mod unseen;
 mod viscosity;
@@ -26,6 +27,7 @@ use crate::tensor::Vector;
 use crate::transfer::{GRAIN, Transfer};
 use crate::velocity::VelocityUpdate;
 use motion::{Followers, Motion};
+use sorting::Sorting;
 
 /// The parts that a [`Solver`] is made of. Each can be replaced by any other of its kind.
 pub struct Parts<const D: usize> {
@@ -67,6 +69,7 @@ pub struct Solver<const D: usize> {
     nodes: NodeFields<D>,
     cells: CellFields,
     motion: Motion<D>,
+    sorting: Sorting,
     clock: Clock,
     outflow: f64,
 }
@@ -128,8 +131,10 @@ impl<const D: usize> Solver<D> {
         parts.particles.keep(parts.velocity_update.local_motion());
         let Parts { grid, particles, volumetric_strain, damping, .. } = &parts;
         let motion = Motion::new(grid, particles, *volumetric_strain, *damping);
-        let mut solver = Solver { parts, active, nodes, cells, motion, clock: Clock::default(), outflow: 0.0 };
-        solver.locate()?;
+        let sorting = Sorting::new(&parts);
+        let mut solver = Solver { parts, active, nodes, cells, motion, sorting, clock: Clock::default(), outflow: 0.0 };
+        let moved = solver.locate()?;
+        solver.sorting.note(moved);
         let Solver { parts, active, cells, clock, .. } = &mut solver;
         let Parts { grid, particles, shape, pressure, gravity, damping, .. } = parts;
         let (gravity, damping) = (*gravity, *damping);
@@ -154,9 +159,10 @@ impl<const D: usize> Solver<D> {
     /// The step, on this thread and those that help it.
     fn step_here(&mut self, dt: f64) -> Result<StepReport, StepError> {
         // 2. The grid is as it was at the start; find the particles in it.
-        self.locate()?;
+        let moved = self.locate()?;
+        self.keep_order(moved)?;
 
-        let Solver { parts, active, nodes, cells, motion, clock, outflow } = self;
+        let Solver { parts, active, nodes, cells, motion, clock, outflow, .. } = self;
         let Parts {
             grid,
             particles,
@@ -216,15 +222,20 @@ impl<const D: usize> Solver<D> {
         }
     }
 
-    /// Finds the cells of the particles and, where one has changed, the active part of the grid.
-    fn locate(&mut self) -> Result<(), StepError> {
-        let Parts { grid, particles, shape, .. } = &mut self.parts;
-        let moved =
-            particles.locate(grid).map_err(|outside| StepError::Outside { time: self.clock.time(), outside })?;
-        if moved {
-            self.active.update(&particles.cell, |cells, touched| shape.touch_nodes(grid, cells, touched));
+    /// Finds the cells of the particles and, where one has changed, the active part of the grid. Returns how many have changed theirs.
+    fn locate(&mut self) -> Result<usize, StepError> {
+        let moved = self.find_cells()?;
+        if moved > 0 {
+            let Parts { grid, particles, shape, .. } = &self.parts;
+            self.active.update(particles.located(), |cell, visit| shape.visit_stencil(grid, cell, visit));
         }
-        Ok(())
+        Ok(moved)
+    }
+
+    /// Finds the cells of the particles.
+    fn find_cells(&mut self) -> Result<usize, StepError> {
+        let Parts { grid, particles, .. } = &mut self.parts;
+        particles.locate(grid).map_err(|outside| StepError::Outside { time: self.clock.time(), outside })
     }
 
     /// The time (s).
@@ -242,7 +253,7 @@ impl<const D: usize> Solver<D> {
         &self.parts.grid
     }
 
-    /// The material points.
+    /// The material points. Their places may change in a step, their numbers do not, see [`Particles::number`].
     pub fn particles(&self) -> &Particles<D> {
         &self.parts.particles
     }

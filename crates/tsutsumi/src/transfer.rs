@@ -128,9 +128,6 @@ pub trait Transfer<const D: usize>: Send + Sync {
     /// Calls `visit` with each node of a cell's stencil, in the order of the local node numbers.
     fn visit_stencil(&self, grid: &Grid<D>, cell: usize, visit: &mut dyn FnMut(usize));
 
-    /// Marks the nodes of the stencils of cells in a list of one mark per node of the grid.
-    fn touch_nodes(&self, grid: &Grid<D>, cells: &[u32], touched: &mut [bool]);
-
     /// Calls `visit(node, N_I(X_p), ∇N_I(X_p))` with each node of a particle's stencil; gradients in 1/m.
     fn visit_weights(
         &self,
@@ -237,7 +234,7 @@ pub trait Transfer<const D: usize>: Send + Sync {
         nodes: &mut NodeFields<D>,
     );
 
-    /// Adds forces per mass (m/s²) on the particles, by their numbers, to those of the nodes.
+    /// Adds forces per mass (m/s²) on the particles, by their places, to those of the nodes.
     ///
     /// # Equation
     ///
@@ -253,7 +250,7 @@ pub trait Transfer<const D: usize>: Send + Sync {
         nodes: &mut NodeFields<D>,
     );
 
-    /// Adds the forces of a fluid that presses all round on a body, the particles `of`, to the nodes.
+    /// Adds the forces of a fluid that presses all round on a body, the particles at the places `of`, to the nodes.
     ///
     /// # Equation
     ///
@@ -379,13 +376,6 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
     fn visit_stencil(&self, grid: &Grid<D>, cell: usize, visit: &mut dyn FnMut(usize)) {
         let center = grid.cell_center(cell);
         Stencil::of_point(self, grid, cell, &center).visit::<S>(|_, node, _, _| visit(node));
-    }
-
-    fn touch_nodes(&self, grid: &Grid<D>, cells: &[u32], touched: &mut [bool]) {
-        for &cell in cells {
-            let center = grid.cell_center(cell as usize);
-            Stencil::of_point(self, grid, cell as usize, &center).visit::<S>(|_, node, _, _| touched[node] = true);
-        }
     }
 
     fn visit_weights(
@@ -647,7 +637,7 @@ mod tests {
         let grid = Grid::new(Vector::<D>::zeros(), Vector::repeat(1.0), [4; D]).unwrap();
         let particles = ground(&grid);
         let mut active = ActiveSet::new(&grid);
-        active.update(&particles.cell, |cells, touched| Transfer::<D>::touch_nodes(&shape, &grid, cells, touched));
+        active.update(particles.located(), |cell, visit| shape.visit_stencil(&grid, cell, visit));
         let (mut at_hand, mut portable) = (NodeFields::new(&grid), NodeFields::new(&grid));
         shape.particles_to_nodes(&grid, &active, &particles, LocalMotion::Moments, &mut at_hand);
         let sources = Sources::new(&particles, LocalMotion::Moments);

@@ -91,6 +91,28 @@ fn a_flying_wet_body_allocates_nothing_in_1d_2d_and_3d() {
     a_flying_body_allocates_nothing::<3>(false);
 }
 
+#[test]
+fn sorting_allocates_nothing_after_the_first_time() {
+    let damping = Damping { local: 0.0, mass: 0.0, stiffness: 1e-4 };
+    let mut solver = Body::<2>::free(Vector::repeat(0.75), Vector::repeat(3.25), 1.0, [12; 2])
+        .particles_per_cell([4; 2])
+        .velocity(|x| Vector::from([20.0 - 4.0 * x[1], 19.0 + 4.0 * x[0]]))
+        .damping(damping)
+        .dry()
+        .build();
+    let mut sort_and_step = |steps| {
+        for _ in 0..steps {
+            solver.sort_in_next_step();
+            solver.step(2.5e-4).unwrap();
+        }
+    };
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(2).build().unwrap();
+    pool.install(|| {
+        sort_and_step(2);
+        assert_eq!(allocation_counter::measure(|| sort_and_step(200)).count_total, 0);
+    });
+}
+
 /// A flying body in 2-D, dry (without a quadrature) or wet. As it deforms a little, cells at its corners come and go: the same
 /// number of cells has more open sides at one time than at another.
 fn an_update_allocates_nothing(update: impl VelocityUpdate<2> + 'static, quadrature: Option<Quadrature>) {

@@ -9,21 +9,25 @@ use tsutsumi::tensor::Sym3;
 use tsutsumi::velocity::Apic;
 use tsutsumi_testkit::body::Body;
 
-/// A solver after two steps, and the memory (bytes) that it holds by then.
-fn measured<const D: usize>(build: impl Fn() -> Solver<D>) -> (Solver<D>, f64) {
-    let mut kept = None;
-    // The pool of threads is nobody's body.
-    rayon::current_num_threads();
-    let allocations = allocation_counter::measure(|| {
-        let mut solver = build();
-        (0..2).for_each(|_| assert!(solver.step(1e-4).is_ok()));
-        kept = Some(solver);
+/// A solver after two steps and a sort of its particles, and the memory (bytes) that it holds by then.
+fn measured<const D: usize>(build: impl Fn() -> Solver<D> + Sync) -> (Solver<D>, f64) {
+    // Allocations are counted by thread: all of them are made in the only one of a pool, which is nobody's body.
+    let pool = rayon::ThreadPoolBuilder::new().num_threads(1).build().unwrap();
+    let mut solvers = Vec::with_capacity(1);
+    let allocations = pool.install(|| {
+        allocation_counter::measure(|| {
+            let mut solver = build();
+            solver.step(1e-4).unwrap();
+            solver.sort_in_next_step();
+            solver.step(1e-4).unwrap();
+            solvers.push(solver);
+        })
     });
-    (kept.unwrap(), allocations.bytes_current as f64)
+    (solvers.remove(0), allocations.bytes_current as f64)
 }
 
-/// The memory per particle (bytes); what the solver says must agree with it.
-fn per_particle<const D: usize>(build: impl Fn() -> Solver<D>) -> f64 {
+/// The memory per particle (bytes); what the solver says must agree with it, before particles are sorted too where they may be.
+fn per_particle<const D: usize>(build: impl Fn() -> Solver<D> + Sync) -> f64 {
     let (solver, measured) = measured(build);
     let stated = solver.memory().total() as f64;
     // Blocks of particles, names and the like are not counted: some 30 kB. Nothing that grows with the body may be missing.

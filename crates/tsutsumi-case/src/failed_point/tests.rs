@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use tsutsumi::law::{ConstitutiveLaw, Increment, LawError, LinearElastic};
 use tsutsumi::tensor::{Matrix3, Sym3};
 
+use crate::build::build;
 use crate::element::{ElementTest, TestOptions, run_element_test};
 use crate::{CaseSource, Outcome, Registry, RunOptions, RunSummary, Silent, run};
 
@@ -176,6 +177,32 @@ fn a_law_of_finite_strain_fails_again_in_an_element_test() {
     let text = fs::read_to_string(desk.0.join("run/failed-point.toml")).unwrap();
     assert!(text.contains("\nspin = [0.0, 0.0, "), "the spin is the law's own to follow: {text}");
     assert!(text.starts_with("# at t = ") && text.contains("duration = 0.001"), "{text}");
+}
+
+/// A block in flight is pulled up: error and file are those of the same particle, whatever its place in memory.
+#[test]
+fn a_particle_that_has_changed_its_place_is_known_by_its_number() {
+    let pull = "[[loads]]\non = { of = \"block\", surface = \"y-max\" }\npressure = -1.0e5\nhistory = [[0.06, 0.0], [0.1, 1.0]]\n";
+    let text = BLOCK.replace("[[supports]]\nface = \"y-min\"\nfix = [\"x\", \"y\"]\n", pull);
+    let text = text.replace("velocity = [1.0, 0.3]", "velocity = [12.0, 6.0]");
+    let source = CaseSource::from_text("case.toml", &text);
+    let case = source.parse().unwrap();
+    let [plain, sorted] = [false, true].map(|is_sorted| {
+        let mut simulation = build::<2>(&source, &case, &registry()).unwrap();
+        loop {
+            if is_sorted {
+                simulation.model_mut().sort_in_next_step();
+            }
+            // So short that no two particles fail at once.
+            if let Err(error) = simulation.model_mut().step(1e-5) {
+                assert_eq!(simulation.model().particles().numbers().is_sorted(), !is_sorted);
+                return (error.to_string(), super::failed_point(&*error, &case, simulation.model()));
+            }
+        }
+    });
+    assert!(plain.0.contains("the law of material `block` failed in particle "), "{}", plain.0);
+    assert!(plain.1.as_ref().is_some_and(Result::is_ok));
+    assert_eq!(plain, sorted);
 }
 
 /// The finite elements try increments: the one that was tried is told, without a duration, as it was asked.

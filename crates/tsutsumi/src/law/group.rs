@@ -5,6 +5,7 @@ use super::aligned::Aligned;
 use super::block::{BLOCK, IncrementBlock, StressBlock};
 use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Increment, LawError, differences};
 use crate::parallel::vectorized;
+use crate::particles::{AtPlaces, MovesWithin};
 use crate::tensor::{Matrix3, Matrix6, Sym3, Vector, rotation, rotation_about_z};
 
 /// The outcome of a law over a block of particles.
@@ -166,19 +167,34 @@ impl BlockOutcome {
         outcome
     }
 
-    /// With what happened after it: the first failure stays.
+    /// With what happened elsewhere: of two failures, that of the lower particle stays.
     #[must_use]
-    pub(crate) fn and(self, after: BlockOutcome) -> Self {
-        BlockOutcome { work: self.work + after.work, failure: self.failure.or(after.failure) }
+    pub(crate) fn and(self, other: BlockOutcome) -> Self {
+        let failures = self.failure.into_iter().chain(other.failure);
+        BlockOutcome { work: self.work + other.work, failure: failures.min_by_key(|failure| failure.particle) }
+    }
+}
+
+/// The histories of a group by the places of the particles, counted from its first.
+struct Histories<'a, S>(&'a mut [Mutex<Vec<S>>]);
+
+impl<S: Copy> AtPlaces for Histories<'_, S> {
+    type Value = S;
+
+    #[inline(always)]
+    fn at(&mut self, place: usize) -> &mut S {
+        &mut self.0[place / BLOCK].get_mut().unwrap_or_else(PoisonError::into_inner)[place % BLOCK]
     }
 }
 
 /// A [`Group`] whose law is chosen at run time. A call handles many particles.
+///
+/// Its particles are counted by their places from the group's first; they stay within the group when they change places.
 pub trait MaterialGroup: Send + Sync {
     /// The name of the material.
     fn name(&self) -> &str;
 
-    /// The particles of the group.
+    /// The particles of the group: their places, and their numbers as well.
     fn particles(&self) -> Range<usize>;
 
     /// How the conductivity of the particles follows their porosity.
@@ -208,15 +224,18 @@ pub trait MaterialGroup: Send + Sync {
     ) -> BlockOutcome;
 
     /// The stress (Pa) that a strain increment without spin would lead to within a duration (s), and the tangent there
-    /// ([`ConstitutiveLaw::tangent`], or central differences in a finite time), for the group's particle number `particle`.
+    /// ([`ConstitutiveLaw::tangent`], or central differences in a finite time), for the particle at the group's place `particle`.
     /// Nothing is changed: implicit schemes try increments before they accept one.
     ///
     /// # Errors
     /// The law's.
     fn trial(&self, particle: usize, stress: Sym3, strain: Sym3, duration: f64) -> Result<(Sym3, Matrix6), LawError>;
 
-    /// The history of the group's particle number `particle`, to be written.
+    /// The history of the particle at the group's place `particle`, to be written.
     fn history(&self, particle: usize) -> Box<dyn erased_serde::Serialize>;
+
+    /// Brings the histories to the new places of their particles, which are counted from the group's first.
+    fn carry(&mut self, moves: MovesWithin);
 
     /// The largest compression and shear wave moduli in the group (Pa), for the stresses of its particles.
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64);
@@ -227,7 +246,7 @@ pub trait MaterialGroup: Send + Sync {
     /// The names of the law's own output quantities.
     fn outputs(&self) -> &'static [&'static str];
 
-    /// The values of [`MaterialGroup::outputs`] for the group's particle number `particle`.
+    /// The values of [`MaterialGroup::outputs`] for the particle at the group's place `particle`.
     fn write_outputs(&self, particle: usize, stress: Sym3, values: &mut [f64]);
 }
 
@@ -301,6 +320,12 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
 
     fn history(&self, particle: usize) -> Box<dyn erased_serde::Serialize> {
         Box::new(self.state(particle))
+    }
+
+    fn carry(&mut self, moves: MovesWithin) {
+        if size_of::<L::State>() > 0 {
+            moves.carry(&mut Histories(&mut self.states));
+        }
     }
 
     fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64) {

@@ -25,7 +25,7 @@ pub enum StepError {
     Law {
         /// The name of the material.
         material: String,
-        /// The first particle whose law failed.
+        /// The number of the first particle whose law failed.
         particle: usize,
         /// Its position (m).
         position: Vec<f64>,
@@ -52,7 +52,7 @@ pub enum StepError {
          incompressible; take a stiffer law, or a shorter step if the run is unstable"
     )]
     ClosedPores {
-        /// The first such particle.
+        /// The number of the first such particle.
         particle: usize,
         /// Its position (m).
         position: Vec<f64>,
@@ -63,7 +63,7 @@ pub enum StepError {
     },
 }
 
-/// The first particle whose grains leave no room for water.
+/// The first particle, by number, whose grains leave no room for water.
 pub(super) fn closed_pores<const D: usize>(particles: &Particles<D>, time: f64) -> Option<StepError> {
     let any_closed = |porosities: &[f64]| {
         vectorized(
@@ -74,7 +74,9 @@ pub(super) fn closed_pores<const D: usize>(particles: &Particles<D>, time: f64) 
     if !parallel::fold(&particles.porosity[..], GRAIN, &any_closed, &|before, after| before | after) {
         return None;
     }
-    let particle = particles.porosity.iter().position(|&porosity| porosity < 0.0)?;
-    let position = particles.position[particle].iter().copied().collect();
-    Some(StepError::ClosedPores { particle, position, porosity: particles.porosity[particle], time })
+    let closed = (0..particles.len()).filter(|&place| particles.porosity[place] < 0.0);
+    let place = closed.min_by_key(|&place| particles.number(place))?;
+    let position = particles.position[place].iter().copied().collect();
+    let (particle, porosity) = (particles.number(place), particles.porosity[place]);
+    Some(StepError::ClosedPores { particle, position, porosity, time })
 }

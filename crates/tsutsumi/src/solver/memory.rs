@@ -1,3 +1,4 @@
+use super::sorting::bytes_to_come;
 use super::{NodalVelocity, Parts, Pass, Solver};
 use crate::boundary::AxisSet;
 use crate::tensor::Vector;
@@ -7,7 +8,8 @@ use crate::tensor::Vector;
 /// Loads and the work arrays of the pressure scheme are not in it.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Memory {
-    /// The arrays of the material points, with what damping by stiffness adds.
+    /// The arrays of the material points, with what damping by stiffness adds, and their numbers, which large bodies carry once they have been
+    /// sorted.
     pub particles: usize,
     /// The histories of the laws.
     pub histories: usize,
@@ -32,7 +34,7 @@ impl<const D: usize> Solver<D> {
         let maps_again = passes.into_iter().any(|pass: &Pass| pass.stress == Some(NodalVelocity::Mapped));
         let mapped = if maps_again { grid.num_nodes() * size_of::<Vector<D>>() } else { 0 };
         Memory {
-            particles: particles.bytes() + self.motion.bytes_of_particles(),
+            particles: particles.bytes() + self.motion.bytes_of_particles() + bytes_to_come(particles),
             histories: groups.iter().map(|group| group.history_bytes()).sum(),
             velocity_update: velocity_update.bytes(particles.len(), grid.num_nodes()),
             grid: self.nodes.bytes()

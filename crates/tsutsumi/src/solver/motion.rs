@@ -9,7 +9,7 @@ use crate::damping::Damping;
 use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, LawFailure, MaterialGroup, StressBlock};
 use crate::parallel::{self, Pieces, vectorized};
-use crate::particles::{LocalMotion, Particles, Places};
+use crate::particles::{Follows, LocalMotion, Particles, Places};
 use crate::pressure::StepView;
 use crate::tensor::{Matrix, Sym3, Vector, volume_ratio};
 use crate::transfer::{GRAIN, GatheredBlock, Wanted};
@@ -50,6 +50,11 @@ impl<const D: usize> Motion<D> {
         }
     }
 
+    /// What follows the particles to other places.
+    pub(super) fn of_particles(&mut self) -> &mut dyn Follows {
+        self.viscosity.felt()
+    }
+
     /// The memory that grows with the particles (bytes).
     pub(super) fn bytes_of_particles(&self) -> usize {
         self.viscosity.bytes() + self.dilation.bytes_of_particles()
@@ -77,7 +82,7 @@ impl<const D: usize> Motion<D> {
         nodes.momentum_to_velocity(at.active);
     }
 
-    /// One pass over the particles. Returns the first failure of a law.
+    /// One pass over the particles. Returns the first failure of a law, by the number of the particle.
     pub(super) fn follow(
         &mut self,
         pass: Pass,
@@ -100,17 +105,16 @@ impl<const D: usize> Motion<D> {
 
         let mut failure = None;
         for group in groups {
-            let all = group.particles();
             let (dilation, has_pores) = (&self.dilation, self.has_pores);
             let step =
                 FollowStep { pass, at, nodes, strained_by, dilation, has_pores, group: &**group, velocity_update };
-            let piece = Piece::new(particles, self.viscosity.felt(), all.clone());
+            let piece = Piece::new(particles, self.viscosity.felt(), group.particles());
             let outcome = parallel::fold(piece, GRAIN, &|piece| step.follow(piece), &BlockOutcome::and);
             self.strain_energy += outcome.work;
             if let (None, Some(failed)) = (&failure, outcome.failure) {
                 let LawFailure { particle, question, source } = *failed;
-                let (particle, question, source) = (all.start + particle, Box::new(question), Box::new(source));
-                let position = particles.position[particle].iter().copied().collect();
+                let (question, source) = (Box::new(question), Box::new(source));
+                let position = particles.position[particles.place_of(particle)].iter().copied().collect();
                 let material = group.name().to_owned();
                 failure = Some(StepError::Law { material, particle, position, time: at.time, question, source });
             }
@@ -140,8 +144,10 @@ impl<const D: usize> Motion<D> {
 
 /// The fields of particles that follow each other, with what a pass may change of them.
 struct Piece<'a, const D: usize> {
-    /// The number of the first one within its group.
+    /// The place of the first one within its group.
     first: usize,
+    /// Empty where the numbers of the particles are their places.
+    numbers: &'a [u32],
     position: &'a mut [Vector<D>],
     velocity: &'a mut [Vector<D>],
     volume: &'a mut [f64],
@@ -163,8 +169,10 @@ impl<'a, const D: usize> Piece<'a, D> {
         let felt = if felt.is_empty() { felt } else { &mut felt[range.clone()] };
         let local_motion = &mut particles.local_motion[..];
         let local_motion = if local_motion.is_empty() { local_motion } else { &mut local_motion[range.clone()] };
+        let numbers = &particles.numbers[..];
         Piece {
             first: 0,
+            numbers: if numbers.is_empty() { numbers } else { &numbers[range.clone()] },
             position: &mut particles.position[range.clone()],
             velocity: &mut particles.velocity[range.clone()],
             volume: &mut particles.volume[range.clone()],
@@ -190,6 +198,7 @@ impl<const D: usize> Pieces for Piece<'_, D> {
     }
 
     fn cut(self, at: usize) -> (Self, Self) {
+        let numbers = self.numbers.split_at(at.min(self.numbers.len()));
         let position = self.position.split_at_mut(at);
         let velocity = self.velocity.split_at_mut(at);
         let volume = self.volume.split_at_mut(at);
@@ -203,6 +212,7 @@ impl<const D: usize> Pieces for Piece<'_, D> {
         let local_motion = self.local_motion.split_at_mut(at.min(self.local_motion.len()));
         let before = Piece {
             first: self.first,
+            numbers: numbers.0,
             position: position.0,
             velocity: velocity.0,
             volume: volume.0,
@@ -217,6 +227,7 @@ impl<const D: usize> Pieces for Piece<'_, D> {
         };
         let after = Piece {
             first: self.first + at,
+            numbers: numbers.1,
             position: position.1,
             velocity: velocity.1,
             volume: volume.1,
@@ -247,7 +258,7 @@ struct FollowStep<'a, const D: usize> {
 }
 
 impl<const D: usize> FollowStep<'_, D> {
-    /// Steps 8 to 10 for a piece of the group, block by block. A failure counts from the first particle of the group.
+    /// Steps 8 to 10 for a piece of the group, block by block. A failure is that of the particle with the lowest number.
     fn follow(&self, piece: Piece<D>) -> BlockOutcome {
         let mut outcome = BlockOutcome::default();
         let mut at_particles = GatheredBlock::new();
@@ -262,6 +273,13 @@ impl<const D: usize> FollowStep<'_, D> {
             rest = after;
         }
         outcome
+    }
+
+    /// The number of a particle of a block.
+    #[cold]
+    fn number(&self, block: &Piece<D>, p: usize) -> usize {
+        let place = self.group.particles().start + block.first + p;
+        block.numbers.get(p).map_or(place, |&number| number as usize)
     }
 
     fn follow_block(
@@ -301,7 +319,9 @@ impl<const D: usize> FollowStep<'_, D> {
             // 9. Effective stresses by the constitutive law.
             remember(block.felt, block.stress, increments);
             outcome = self.group.update_aligned(block.first, block.stress, increments, block.volume, stresses);
-            outcome = outcome.from(block.first);
+            if let Some(failure) = &mut outcome.failure {
+                failure.particle = self.number(&block, failure.particle);
+            }
             resist(block.felt, block.stress, at.damping.stiffness / at.dt);
 
             // 10. Volumes and pores.

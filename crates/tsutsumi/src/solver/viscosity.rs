@@ -35,8 +35,8 @@ impl Viscosity {
         }
     }
 
-    /// The stresses that the nodes feel; empty without damping.
-    pub(super) fn felt(&mut self) -> &mut [Sym3] {
+    /// The stresses that the nodes feel, by the places of the particles; empty without damping.
+    pub(super) fn felt(&mut self) -> &mut Vec<Sym3> {
         &mut self.felt
     }
 }

@@ -122,6 +122,7 @@ fn cells_per_layer<const D: usize>(grid: &Grid<D>) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::grid::Located;
     use crate::shape::{CubicBSpline, Linear};
 
     /// Every cell of a grid adds 1 to each node of its stencil, on several threads; the sums are known.
@@ -129,7 +130,10 @@ mod tests {
         let grid = Grid::new(Vector::<1>::zeros(), Vector::<1>::repeat(1.0), [cells]).unwrap();
         let mut active = ActiveSet::new(&grid);
         let occupied: Vec<u32> = (0..LEAST_PARTICLES).map(|p| (p % cells) as u32).collect();
-        active.update(&occupied, |_, touched| touched.fill(true));
+        active.update(Located { cells: &occupied, numbers: &[] }, |cell, visit| {
+            let first = shape.first_node(CellOnAxis { cell, num_cells: cells });
+            (first..first + S::WIDTH).for_each(visit);
+        });
         let mut mass = vec![0.0; grid.num_nodes()];
         let bands = Bands::new(shape, &grid, &active);
         assert!(bands.num_bands > 4);
