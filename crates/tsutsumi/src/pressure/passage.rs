@@ -180,6 +180,26 @@ impl Passage {
         self.has_cells = has_cells;
     }
 
+    /// The eigenvalue of D⁻¹ A for the shortest smooth wave that blocks represent, over as many cells as two blocks have, from the sums of [`Passage::coarsen`].
+    ///
+    /// ```text
+    /// λ = [Σ_I Σ_J s_i s_j A_ij + 2 (1 − cos(π/f)) f²/D Σ_IJ W_IJ |x_I − x_J|²] / Σ_i A_ii      x in blocks, pattern of ones
+    /// ```
+    pub(super) fn least_eigenvalue(&self, coarse: &Lattice) -> f64 {
+        let per_block = self.sums.len() / coarse.num_sites().max(1);
+        let (mut own, mut diagonal, mut pull) = (0.0, 0.0, 0.0);
+        for of_block in self.sums.chunks_exact(per_block.max(1)) {
+            own += of_block[0];
+            diagonal += of_block[1];
+            for (offset, of_edge) in coarse.offsets().iter().zip(&of_block[2..]) {
+                pull += f64::from(offset.square()) * of_edge.max(0.0);
+            }
+        }
+        let edge = f64::from(self.factor);
+        let wave = 2.0 * (1.0 - (std::f64::consts::PI / edge).cos());
+        (own + wave * edge * edge / self.dimension as f64 * pull) / diagonal
+    }
+
     /// Runs in a piece of a loop.
     fn grain(&self) -> usize {
         let runs = self.lines.len().max(1);
@@ -342,6 +362,7 @@ impl Passage {
         };
         let bound = parallel::fold((Parts::new(sum_bounds, &mut sums[..]), 0..slabs.len()), grain, &work, &f64::max);
         for (number, blocks) in blocks.enumerate() {
+            straighten(coarse, sums, patterns.len() * sources.stride, number * sources.stride);
             fill_coarse(coarse, sums, patterns.len() * sources.stride, number * sources.stride, blocks);
         }
         bound
@@ -628,6 +649,76 @@ fn add_blocks<const F: usize>(within: usize, values: &[f64], per_block: usize, s
     }
     if !after.is_empty() {
         sums[place] += after.iter().sum::<f64>();
+    }
+}
+
+/// Shares pushes across the corners of blocks, which a matrix with no positive entries beside its diagonal cannot hold, among the pulls along the axes.
+///
+/// Such pushes come with γΔt < k/g. The corners of a square push alike where the ground is uniform: a field that rises evenly then costs the same as before.
+///
+/// ```text
+/// w Σ (± g_x ± g_y)² = Σ_axes 2 w g²
+/// ```
+fn straighten(coarse: &Lattice, sums: &mut [f64], per_block: usize, place: usize) {
+    let pull = |site: usize, edge: usize| site * per_block + place + 2 + edge;
+    for (run, cells) in coarse.runs().iter().enumerate() {
+        for (corner, offset) in coarse.offsets().iter().enumerate() {
+            let sides = Sides::of(coarse, run, offset.to);
+            if sides.count == 0 {
+                continue;
+            }
+            for site in cells.site..cells.site + cells.len {
+                let push = sums[pull(site, corner)];
+                if push >= 0.0 {
+                    continue;
+                }
+                sums[pull(site, corner)] = 0.0;
+                for &(shift, side) in sides.each() {
+                    sums[pull(site.wrapping_add_signed(shift), side)] += sides.share * push;
+                }
+            }
+        }
+    }
+}
+
+/// The edges along the axes of the square or box of blocks between a block and one across its corner.
+struct Sides {
+    /// How far away (sites) the lower block of each is, and the number of its offset.
+    edges: [(isize, usize); 12],
+    count: usize,
+    /// One over the number of parallel ones.
+    share: f64,
+}
+
+impl Sides {
+    fn of(lattice: &Lattice, run: usize, corner: Place) -> Self {
+        let mut sides = Sides { edges: [(0, 0); 12], count: 0, share: 0.5 };
+        let axes = corner.iter().filter(|&&step| step != 0).count();
+        if axes < 2 {
+            return sides;
+        }
+        sides.share = 1.0 / (1 << (axes - 1)) as f64;
+        for axis in (0..3).filter(|&axis| corner[axis] != 0) {
+            let along: Place = std::array::from_fn(|other| i32::from(other == axis));
+            let Some(number) = lattice.offset_to(along) else { continue };
+            for others in 0..8_u8 {
+                let takes_part = |other: usize| others >> other & 1 == 1;
+                if (0..3).any(|other| takes_part(other) && (other == axis || corner[other] == 0)) {
+                    continue;
+                }
+                let lower: Place = std::array::from_fn(|other| match other == axis {
+                    true => corner[axis].min(0),
+                    false => i32::from(takes_part(other)) * corner[other],
+                });
+                sides.edges[sides.count] = (lattice.shift_to(run, lower), number);
+                sides.count += 1;
+            }
+        }
+        sides
+    }
+
+    fn each(&self) -> &[(isize, usize)] {
+        &self.edges[..self.count]
     }
 }
 
