@@ -227,10 +227,13 @@ impl Passage {
                 interpolate_lines(&lines.corners[..1 << (dimension - 1)], run, patterns, blocks, even, odd);
                 let fine = &mut fine[run.site - run_bounds[number]..][..run.len];
                 let scale = &scale[run.site..][..run.len];
-                match factor {
-                    4 => expand::<4>(run, lines.first, even, odd, scale, fine),
-                    _ => expand::<2>(run, lines.first, even, odd, scale, fine),
-                }
+                parallel::vectorized(
+                    #[inline(always)]
+                    || match factor {
+                        4 => expand::<4>(run, lines.first, even, odd, scale, fine),
+                        _ => expand::<2>(run, lines.first, even, odd, scale, fine),
+                    },
+                );
             }
         };
         let pieces = (Parts::new(run_bounds, fine), Parts::new(row_bounds, &mut rows[..]), 0..lines.len());
@@ -253,10 +256,13 @@ impl Passage {
                 let (run, lines) = (&runs[number], &lines[number]);
                 let (even, odd) = row.split_at_mut(lines.len);
                 let (fine, scale) = (&fine[run.site..][..run.len], &scale[run.site..][..run.len]);
-                match factor {
-                    4 => collect::<4>(run, lines.first, fine, scale, even, odd),
-                    _ => collect::<2>(run, lines.first, fine, scale, even, odd),
-                }
+                parallel::vectorized(
+                    #[inline(always)]
+                    || match factor {
+                        4 => collect::<4>(run, lines.first, fine, scale, even, odd),
+                        _ => collect::<2>(run, lines.first, fine, scale, even, odd),
+                    },
+                );
             }
         };
         parallel::for_each((Parts::new(row_bounds, &mut rows[..]), 0..lines.len()), grain, &work);
@@ -485,17 +491,46 @@ fn collect<const F: usize>(run: &Run, first: i32, fine: &[f32], scale: &[f32], e
     for cell in whole.before + whole.cells..run.len {
         add(block + num_blocks, cell - whole.before - whole.cells, cell);
     }
-    let cells = fine[whole.before..].chunks_exact(F).zip(scale[whole.before..].chunks_exact(F));
-    for (number, (fine, scale)) in cells.take(num_blocks).enumerate() {
-        let values: [f32; F] = std::array::from_fn(|within| scale[within] * fine[within]);
-        // In registers: the rows of one block after the other overlap.
-        let (mut even_sums, mut odd_sums) = ([0.0; 3], [0.0; 3]);
-        for (within, &value) in values.iter().enumerate() {
-            share::<F>(within, value, &mut even_sums, &mut odd_sums);
+    let (fine, scale) = (&fine[whole.before..][..whole.cells], &scale[whole.before..][..whole.cells]);
+    let wide = num_blocks / BLOCKS * BLOCKS;
+    for from in (0..wide).step_by(BLOCKS) {
+        let cells = from * F..(from + BLOCKS) * F;
+        share_blocks::<F, BLOCKS>(block + from, &fine[cells.clone()], &scale[cells], even, odd);
+    }
+    for from in wide..num_blocks {
+        let cells = from * F..(from + 1) * F;
+        share_blocks::<F, 1>(block + from, &fine[cells.clone()], &scale[cells], even, odd);
+    }
+}
+
+/// Blocks side by side, to fill a vector.
+const BLOCKS: usize = 8;
+
+/// The shares of the cells of `N` whole blocks, the first of which has the number `block` in the rows.
+#[inline(always)]
+fn share_blocks<const F: usize, const N: usize>(
+    block: usize,
+    fine: &[f32],
+    scale: &[f32],
+    even: &mut [f32],
+    odd: &mut [f32],
+) {
+    let (fine, scale) = (&fine[..F * N], &scale[..F * N]);
+    for (parity, row) in [even, odd].into_iter().enumerate() {
+        // For the blocks before, their own and the next ones.
+        let mut sums = [[0.0; N]; 3];
+        for within in (parity..F).step_by(2) {
+            let outer = outer_weight::<F>(within);
+            let neighbor = if within < F / 2 { 0 } else { 2 };
+            for number in 0..N {
+                let value = scale[number * F + within] * fine[number * F + within];
+                sums[1][number] += (1.0 - outer) * value;
+                sums[neighbor][number] += outer * value;
+            }
         }
-        let first = block + number - 1;
-        even[first..][..3].iter_mut().zip(even_sums).for_each(|(sum, value)| *sum += value);
-        odd[first..][..3].iter_mut().zip(odd_sums).for_each(|(sum, value)| *sum += value);
+        for (to, sums) in sums.iter().enumerate() {
+            row[block - 1 + to..][..N].iter_mut().zip(sums).for_each(|(row, sum)| *row += sum);
+        }
     }
 }
 
