@@ -775,3 +775,56 @@ fn fill_coarse(coarse: &Lattice, sums: &[f64], per_block: usize, place: usize, b
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 8×8 blocks of 4×4 cells, each cell pulled by its neighbours with 1 and pushed by those across its corners with b/2: 112 pairs of blocks along the axes
+    /// with four pulls and six pushes between them, 98 across corners with one push; distances count by a quarter of a block.
+    #[test]
+    fn pushes_across_corners_weaken_the_pulls_along_the_axes() {
+        let mut lattice = Lattice::default();
+        lattice.rebuild(2, 1, (0..32).flat_map(|y| (0..32).map(move |x| [x, y, 0])));
+        for push in [0.0, 0.4, 0.8] {
+            let mut matrix = StencilMatrix::default();
+            matrix.resize(&lattice);
+            let (diagonal, upper) = matrix.entries_mut();
+            for (entries, offset) in upper.iter_mut().zip(lattice.offsets()) {
+                let corner = offset.to[0] * offset.to[1] != 0;
+                for site in lattice.runs().iter().flat_map(|run| run.site..run.site + run.len) {
+                    diagonal[site] = 3.0;
+                    entries[site] = if corner { 0.5 * push } else { -1.0 };
+                }
+            }
+            // No cells beyond the edges.
+            for run in lattice.runs() {
+                for (entries, offset) in upper.iter_mut().zip(lattice.offsets()) {
+                    let [dx, dy, _] = offset.to;
+                    if run.place[1] + dy > 31 {
+                        entries[run.site..run.site + run.len].fill(0.0);
+                    }
+                    match dx {
+                        1 => entries[run.site + run.len - 1] = 0.0,
+                        -1 => entries[run.site] = 0.0,
+                        _ => {}
+                    }
+                }
+            }
+            let (mut passage, mut coarse, mut blocks) =
+                (Passage::default(), Lattice::default(), StencilMatrix::default());
+            passage.rebuild(2, 4, 1, &lattice, &mut coarse);
+            blocks.resize(&coarse);
+            passage.coarsen(&lattice, &matrix, &[0], &coarse, std::iter::once(&mut blocks));
+            let upper: f64 = (0..4).map(|offset| blocks.upper(offset).iter().sum::<f64>()).sum();
+            let expected = 112.0 * (1.0 - 0.75 * push) - 2.0 * 98.0 * push / 8.0;
+            // Some hundred roundings.
+            assert!((upper + expected).abs() < 1e-12 * 112.0, "{push}: {upper} {expected}");
+            // 2 · 31 · 32 pulls and 2 · 31² pushes, each in two rows.
+            let own = 3.0 * 1024.0 - 2.0 * 1984.0 + push * 1922.0;
+            let wave = 2.0 * (1.0 - std::f64::consts::FRAC_1_SQRT_2);
+            let least = (own + wave * 8.0 * expected) / (3.0 * 1024.0);
+            assert!((passage.least_eigenvalue(&coarse) - least).abs() < 1e-12, "{push}");
+        }
+    }
+}
