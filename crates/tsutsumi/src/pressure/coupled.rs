@@ -315,10 +315,7 @@ impl<const D: usize> Coupled<D> {
         solution.resize(size, 0.0);
         let per_volume = 1.0 / (self.fluid.bulk_modulus * at.dt);
         let whole = (self.quadrature == Quadrature::Cell).then(|| at.grid.cell_volume());
-        let work = |((cells, volumes), (pressures, slots)): (
-            (&mut [CellCoefficients], &mut [f64]),
-            (&mut [f64], Range<usize>),
-        )| {
+        let work = |((cells, volumes), (pressures, slots)): CellPieces| {
             for (((cell, volume), pressure), slot) in cells.iter_mut().zip(volumes).zip(pressures).zip(slots) {
                 let sums = CellSums::of_particles(particles, at.active.particles_of(slot));
                 *cell = sums.coefficients(per_volume, whole);
@@ -759,6 +756,9 @@ impl<const D: usize> Topology<D> {
         around.map(|(&entry, &slot)| divergence[entry as usize] * pressure[slot as usize]).sum()
     }
 }
+
+/// Coefficients, volumes, pressures and slots of some cells.
+type CellPieces<'a> = ((&'a mut [CellCoefficients], &'a mut [f64]), (&'a mut [f64], Range<usize>));
 
 /// Sums over the particles of a cell.
 #[derive(Default)]
