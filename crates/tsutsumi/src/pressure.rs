@@ -15,6 +15,7 @@ mod lattice;
 mod multigrid;
 mod particle_pressure;
 mod passage;
+mod smoother;
 mod stencil_matrix;
 mod tied;
 mod wide_system;

@@ -432,6 +432,34 @@ mod tests {
         }
     }
 
+    /// L + C − b K with the Laplacians L along the axes and K across the corners, as with γΔt < k/g: nearly singular for short waves along an axis, stiffest for
+    /// the chessboard.
+    #[test]
+    fn steps_shorter_than_the_waters_inertia_need_a_dozen_iterations() {
+        let places = ragged(2, 48, 0);
+        let mut lattice = Lattice::default();
+        lattice.rebuild(2, 1, places.iter().copied());
+        for push in [0.5, 0.8, 0.9] {
+            let (mut matrix, _) = fill(&lattice, &places, |a, b| {
+                let apart: i32 = (0..2).map(|axis| (places[a][axis] - places[b][axis]).abs()).sum();
+                [1e-3, -1.0, 0.5 * push][apart as usize]
+            });
+            let mut sums = vec![0.0; lattice.num_sites()];
+            for (number, run) in lattice.runs().iter().enumerate() {
+                let sites = run.site..run.site + run.len;
+                matrix.sum_rows(&lattice, number, sites.clone(), 0, &mut sums[sites]);
+            }
+            for place in &places {
+                let site = lattice.site(*place).unwrap();
+                // Rows sum to the storage.
+                matrix.entries_mut().0[site] += 1e-3 - sums[site];
+            }
+            let right: Vec<f64> = (0..places.len()).map(|cell| if cell == 700 { 1.0 } else { 1e-3 }).collect();
+            let (_, iterations) = solve(&lattice, 2, MOST_DIRECT, &matrix, &right).unwrap();
+            assert!(iterations <= 12, "{push}: {iterations}");
+        }
+    }
+
     #[test]
     fn indefinite_and_not_finite_systems_are_named() {
         let places = ragged(1, 2, 0);

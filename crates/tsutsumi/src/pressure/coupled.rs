@@ -83,6 +83,8 @@ pub struct Coupled<const D: usize> {
     divergence: Vec<Vector<D>>,
     boxes: Vec<FilledBox<D>>,
     cells: Vec<CellCoefficients>,
+    /// The volume of the particles in each active cell (m³).
+    volumes: Vec<f64>,
     /// d/(k b) from the centre of each active cell to its sides, per axis: the inverse of T (s/m²; 2-D: s/m, 1-D: s).
     resistances: Vec<Vector<D>>,
     /// The faces between each active cell and the one above it, per axis; behind them a row of closed ones, for cells that have none below.
@@ -116,9 +118,6 @@ pub(super) struct FaceFlow {
 /// What one active cell contributes.
 #[derive(Debug, Clone, Copy, Default)]
 struct CellCoefficients {
-    /// Volume of the particles inside, and of their pores (m³).
-    volume: f64,
-    pores: f64,
     /// Storage C (m³/s per Pa).
     storage: f64,
     /// Conductivity k (m/s), mean by volume.
@@ -186,6 +185,7 @@ impl<const D: usize> Coupled<D> {
             divergence: Vec::new(),
             boxes: Vec::new(),
             cells: Vec::new(),
+            volumes: Vec::new(),
             resistances: Vec::new(),
             upper_faces: Vec::new(),
             drains: Vec::new(),
@@ -281,7 +281,6 @@ impl<const D: usize> Coupled<D> {
         nodes: &mut NodeFields<D>,
     ) -> Result<PressureReport, PressureError> {
         self.update_topology(at);
-        self.measure_storage(at);
         if self.quadrature == Quadrature::MaterialPoints {
             shrink_boxes(at, particles, &self.topology.surface, &mut self.boxes);
             at.transfer.divergence_of_particles(at.grid, at.active, particles, &mut self.divergence);
@@ -293,10 +292,6 @@ impl<const D: usize> Coupled<D> {
             true => self.factorize(at)?,
             false => self.measure_wide(at)?,
         }
-        let work = |(pressures, cells): (&mut [f64], &[CellCoefficients])| {
-            pressures.iter_mut().zip(cells).for_each(|(pressure, cell)| *pressure = cell.pressure);
-        };
-        parallel::for_each((&mut self.solution[..], &self.cells[..]), GRAIN, &work);
         let mut iterations = 0;
         if !at.damping.is_off() {
             iterations += self.damp(at, nodes)?;
@@ -311,28 +306,23 @@ impl<const D: usize> Coupled<D> {
         Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })
     }
 
-    /// Volumes, conductivity, pressure and drained sides of the active cells, from their particles.
+    /// Volume, storage, conductivity, pressure and drained sides of the active cells, from their particles. The solution starts from these pressures.
     fn sum_particles(&mut self, at: &StepView<D>, particles: &Particles<D>) {
-        self.cells.resize(at.active.cells().len(), CellCoefficients::default());
-        let work = |(cells, slots): (&mut [CellCoefficients], Range<usize>)| {
-            for (cell, slot) in cells.iter_mut().zip(slots) {
-                *cell = CellCoefficients::of_particles(particles, at.active.particles_of(slot));
-            }
-        };
-        parallel::for_each((&mut self.cells[..], 0..at.active.cells().len()), GRAIN, &work);
-    }
-
-    /// Storage of the active cells in this step.
-    fn measure_storage(&mut self, at: &StepView<D>) {
+        let Coupled { cells, volumes, solution, .. } = self;
+        let size = at.active.cells().len();
+        cells.resize(size, CellCoefficients::default());
+        volumes.resize(size, 0.0);
+        solution.resize(size, 0.0);
         let per_volume = 1.0 / (self.fluid.bulk_modulus * at.dt);
         let whole = (self.quadrature == Quadrature::Cell).then(|| at.grid.cell_volume());
-        let work = |cells: &mut [CellCoefficients]| {
-            for cell in cells {
-                let filled = whole.map_or(1.0, |whole| whole / cell.volume);
-                cell.storage = cell.pores * filled * per_volume;
+        let work = |((cells, volumes), (pressures, slots)): CellPieces| {
+            for (((cell, volume), pressure), slot) in cells.iter_mut().zip(volumes).zip(pressures).zip(slots) {
+                let sums = CellSums::of_particles(particles, at.active.particles_of(slot));
+                *cell = sums.coefficients(per_volume, whole);
+                (*volume, *pressure) = (sums.volume, cell.pressure);
             }
         };
-        parallel::for_each(&mut self.cells[..], GRAIN, &work);
+        parallel::for_each(((&mut cells[..], &mut volumes[..]), (&mut solution[..], 0..size)), GRAIN, &work);
     }
 
     /// Conductances of inner faces and drained sides, with the flow that gravity drives through them.
@@ -767,22 +757,47 @@ impl<const D: usize> Topology<D> {
     }
 }
 
-impl CellCoefficients {
-    /// The sums and means over the particles of a cell.
+/// Coefficients, volumes, pressures and slots of some cells.
+type CellPieces<'a> = ((&'a mut [CellCoefficients], &'a mut [f64]), (&'a mut [f64], Range<usize>));
+
+/// Sums over the particles of a cell.
+#[derive(Default)]
+struct CellSums {
+    /// Volume, and that of the pores (m³).
+    volume: f64,
+    pores: f64,
+    /// Conductivity (m/s) and pressure (Pa), times volume.
+    conductivity: f64,
+    pressure: f64,
+    drained: SideSet,
+}
+
+impl CellSums {
+    #[inline(always)]
     fn of_particles<const D: usize>(particles: &Particles<D>, of_cell: &[u32]) -> Self {
-        let mut cell = CellCoefficients::default();
+        let mut sums = CellSums::default();
         for &p in of_cell {
             let p = p as usize;
             let volume = particles.volume[p];
-            cell.volume += volume;
-            cell.pores += volume * particles.porosity[p];
-            cell.conductivity += volume * particles.conductivity[p];
-            cell.pressure += volume * particles.pressure[p];
-            cell.drained = cell.drained.union(particles.drained[p]);
+            sums.volume += volume;
+            sums.pores += volume * particles.porosity[p];
+            sums.conductivity += volume * particles.conductivity[p];
+            sums.pressure += volume * particles.pressure[p];
+            sums.drained = sums.drained.union(particles.drained[p]);
         }
-        cell.conductivity /= cell.volume;
-        cell.pressure /= cell.volume;
-        cell
+        sums
+    }
+
+    /// With 1/(K^f Δt), and the volume of a cell if it counts as full.
+    #[inline(always)]
+    fn coefficients(&self, per_volume: f64, whole: Option<f64>) -> CellCoefficients {
+        let filled = whole.map_or(1.0, |whole| whole / self.volume);
+        CellCoefficients {
+            storage: self.pores * filled * per_volume,
+            conductivity: self.conductivity / self.volume,
+            pressure: self.pressure / self.volume,
+            drained: self.drained,
+        }
     }
 }
 
@@ -790,9 +805,9 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
     /// The mean of the particles' pressures, weighted by volume.
     fn particles_to_cells(&mut self, at: &StepView<D>, particles: &Particles<D>, cells: &mut CellFields) {
         self.sum_particles(at, particles);
-        let sums = &self.cells;
-        at.active.change_cells(&mut cells.pressure_old, |slot, _, pressure| *pressure = sums[slot].pressure);
-        at.active.change_cells(&mut cells.volume, |slot, _, volume| *volume = sums[slot].volume);
+        let Coupled { solution, volumes, .. } = self;
+        at.active.change_cells(&mut cells.pressure_old, |slot, _, pressure| *pressure = solution[slot]);
+        at.active.change_cells(&mut cells.volume, |slot, _, volume| *volume = volumes[slot]);
     }
 
     fn solve(

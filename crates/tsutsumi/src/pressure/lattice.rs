@@ -40,6 +40,11 @@ impl Offset {
         (parity(0) ^ parity(1) ^ parity(2)) & 1 == 1
     }
 
+    /// The distance, squared (cells²).
+    pub(super) fn square(&self) -> i32 {
+        self.to.iter().map(|d| d * d).sum()
+    }
+
     /// The largest distance along an axis (cells).
     pub(super) fn distance(&self) -> i32 {
         self.to.iter().map(|d| d.abs()).max().unwrap_or(0)
@@ -207,6 +212,16 @@ impl Lattice {
     pub(super) fn shift(&self, run: usize, offset: &Offset) -> [isize; 2] {
         let [above, below] = self.shifts[run * self.num_lines + offset.line];
         [above + offset.to[0] as isize, below - offset.to[0] as isize]
+    }
+
+    /// From a cell of a run to the neighbour at `to`, as far as the matrix reaches (sites).
+    pub(super) fn shift_to(&self, run: usize, to: Place) -> isize {
+        let [above, below] = [to, to.map(|steps| -steps)].map(|to| self.offset_to(to));
+        match (above, below) {
+            (Some(number), _) => self.shift(run, &self.offsets[number])[0],
+            (_, Some(number)) => self.shift(run, &self.offsets[number])[1],
+            (None, None) => 0,
+        }
     }
 
     /// Lists the cell at each site, [`NO_CELL`] where there is none.

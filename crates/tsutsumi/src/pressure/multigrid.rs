@@ -6,6 +6,7 @@ use super::coarsest::Coarsest;
 use super::envelope::BadPivot;
 use super::lattice::Lattice;
 use super::passage::Passage;
+use super::smoother::Smoother;
 use super::stencil_matrix::{GRAIN, StencilMatrix};
 use crate::parallel;
 
@@ -15,9 +16,11 @@ const FACTORS: [i32; 2] = [4, 2];
 /// So many blocks are solved for directly: small levels cost more in calls than in numbers.
 pub(super) const MOST_DIRECT: usize = 64;
 
-/// The smoother damps the part of the spectrum above 1/this of its largest eigenvalue, on the grid and between blocks: what blocks of
-/// these edges cannot represent. By experiment; 6 to 20 differ by an iteration.
-const SMOOTHED_RANGE: [f64; 2] = [12.0, 6.0];
+/// The smoother on the blocks damps the part of the spectrum above 1/this of its largest eigenvalue: what blocks of blocks cannot represent.
+const SMOOTHED_RANGE_OF_BLOCKS: f64 = 6.0;
+
+/// The same on the grid follows from the matrix, between these. By experiment: below the first, 7 instead of 12, an iteration more is needed.
+const SMOOTHED_RANGE: [f64; 2] = [12.0, 100.0];
 
 /// The patterns in which pressures leave the volume change of full cells next to alone: smooth fields, and smooth fields times the signs
 /// (−1)^(i+j) of two axes.
@@ -31,7 +34,7 @@ const PATTERNS: [&[u8]; 3] = [&[0], &[0, 0b011], &[0, 0b011, 0b101, 0b110]];
 /// B = 2S − S A S + Σ_q (1 − S A) P_q B_q P_qᵀ (1 − A S)
 /// ```
 ///
-/// `S` is a Chebyshev polynomial of D⁻¹A, with two products, `P_q` the linear interpolation from blocks of cells times the signs of the
+/// `S` is a Chebyshev polynomial of D⁻¹A, see [`Smoother`], `P_q` the linear interpolation from blocks of cells times the signs of the
 /// pattern q, `B_q` the same cycle for the matrix of the blocks. It is positive definite whatever the matrices of the blocks are, as long
 /// as they are too.
 ///
@@ -59,8 +62,7 @@ struct Level {
     /// √A_ii, its inverse (zero without a cell).
     root: Vec<f32>,
     inverse_root: Vec<f32>,
-    /// S r = c₀ r + c₁ Â r + c₂ Â² r.
-    smoother: [f32; 3],
+    smoother: Smoother,
     right: Vec<f32>,
     residual: Vec<f32>,
     solution: Vec<f32>,
@@ -117,15 +119,18 @@ impl Multigrid {
     /// The first diagonal entry that is not positive.
     pub(super) fn measure(&mut self, lattice: &Lattice, matrix: &StencilMatrix<f64>) -> Result<(), BadDiagonal> {
         self.grid.find_roots(lattice, matrix)?;
-        let bound = match (self.passages.first_mut(), self.lattices.first()) {
+        let (bound, range) = match (self.passages.first_mut(), self.lattices.first()) {
             (Some(passage), Some(coarse)) => {
                 let blocks = self.blocks.iter_mut().map(|(levels, _)| &mut levels[0].matrix);
-                passage.coarsen(lattice, matrix, PATTERNS[self.dimension - 1], coarse, blocks)
+                let bound = passage.coarsen(lattice, matrix, PATTERNS[self.dimension - 1], coarse, blocks);
+                let range = bound / passage.least_eigenvalue(coarse);
+                let [least, most] = SMOOTHED_RANGE;
+                (bound, if range >= least { range.min(most) } else { least })
             }
             // A single cell.
-            _ => 1.0,
+            _ => (1.0, SMOOTHED_RANGE[0]),
         };
-        self.grid.scale(lattice, matrix, bound, SMOOTHED_RANGE[0]);
+        self.grid.scale(lattice, matrix, bound, range);
         for (levels, coarsest) in &mut self.blocks {
             measure_blocks(&self.lattices, &mut self.passages, levels)?;
             if let (Some(lattice), Some(level)) = (self.lattices.last(), levels.last()) {
@@ -193,7 +198,7 @@ fn measure_blocks(lattices: &[Lattice], passages: &mut [Passage], levels: &mut [
         level.find_roots(lattice, &matrix)?;
         let blocks = std::iter::once(&mut coarser[0].matrix);
         let bound = passages[depth].coarsen(lattice, &matrix, &[0], coarse, blocks);
-        level.scale(lattice, &matrix, bound, SMOOTHED_RANGE[1]);
+        level.scale(lattice, &matrix, bound, SMOOTHED_RANGE_OF_BLOCKS);
         level.matrix = matrix;
     }
     Ok(())
@@ -216,25 +221,6 @@ fn cycle_blocks(lattices: &[Lattice], passages: &mut [Passage], levels: &mut [Le
     level.find_residual(lattice);
     level.smooth(lattice);
     level.unscale_solution();
-}
-
-/// The coefficients of the polynomial S for which 1 − λ S(λ) is Chebyshev's of third degree on `least..=largest`: smallest there of all that
-/// are 1 at zero.
-///
-/// ```text
-/// 1 − λ S(λ) = T₃((θ − λ)/δ) / T₃(θ/δ)      T₃(y) = 4y³ − 3y      θ, δ: middle and half of the interval
-/// ```
-fn chebyshev(least: f64, largest: f64) -> [f64; 3] {
-    let (middle, half) = (0.5 * (largest + least), 0.5 * (largest - least));
-    let ratio = middle / half;
-    let scale = 1.0 / ((4.0 * ratio.powi(3) - 3.0 * ratio) * half);
-    [(12.0 * ratio * ratio - 3.0) * scale, -12.0 * ratio * scale / half, 4.0 * scale / (half * half)]
-}
-
-/// A x of all sites into `product`.
-fn multiply(matrix: &StencilMatrix<f32>, lattice: &Lattice, x: &[f32], product: &mut [f32]) {
-    let work = |(product, sites): (&mut [f32], Range<usize>)| matrix.multiply(lattice, sites, x, product);
-    parallel::for_each((product, 0..x.len()), GRAIN, &work);
 }
 
 impl Level {
@@ -299,22 +285,13 @@ impl Level {
             };
             parallel::for_each((&mut scaled[..], 0..lattice.num_sites()), GRAIN, &work);
         }
-        self.smoother = chebyshev(bound / range, bound).map(|coefficient| coefficient as f32);
+        self.smoother = Smoother::new(bound / range, bound);
     }
 
     /// x = S b.
     fn smooth_from_zero(&mut self, lattice: &Lattice) {
-        let Level { scaled, smoother: [c0, c1, c2], right, solution, product, .. } = self;
-        multiply(scaled, lattice, right, product);
-        let work = |(solution, sites): (&mut [f32], Range<usize>)| {
-            scaled.multiply(lattice, sites.clone(), product, solution);
-            parallel::vectorized(|| {
-                for ((x, b), product) in solution.iter_mut().zip(&right[sites.clone()]).zip(&product[sites]) {
-                    *x = *c0 * b + *c1 * product + *c2 * *x;
-                }
-            });
-        };
-        parallel::for_each((&mut solution[..], 0..right.len()), GRAIN, &work);
+        let Level { scaled, smoother, right, solution, product, .. } = self;
+        smoother.apply(scaled, lattice, right, solution, product);
     }
 
     /// r = b − A x.
@@ -329,18 +306,8 @@ impl Level {
 
     /// x += S r. The right side is lost.
     fn smooth(&mut self, lattice: &Lattice) {
-        let Level { scaled, smoother: [c0, c1, c2], residual, solution, right, product, .. } = self;
-        multiply(scaled, lattice, residual, product);
-        let work = |(square, solution, sites): (&mut [f32], &mut [f32], Range<usize>)| {
-            scaled.multiply(lattice, sites.clone(), product, square);
-            parallel::vectorized(|| {
-                let products = product[sites.clone()].iter().zip(square);
-                for ((x, r), (product, square)) in solution.iter_mut().zip(&residual[sites]).zip(products) {
-                    *x += *c0 * r + *c1 * product + *c2 * *square;
-                }
-            });
-        };
-        parallel::for_each((&mut right[..], &mut solution[..], 0..residual.len()), GRAIN, &work);
+        let Level { scaled, smoother, residual, solution, right, product, .. } = self;
+        smoother.add(scaled, lattice, residual, solution, [product, right]);
     }
 
     fn scale_right(&mut self) {
@@ -349,22 +316,5 @@ impl Level {
 
     fn unscale_solution(&mut self) {
         self.solution.iter_mut().zip(&self.inverse_root).for_each(|(x, inverse)| *x *= inverse);
-    }
-}
-
-#[cfg(test)]
-mod tests {
-    use super::*;
-
-    /// At the ends of the interval the polynomial is ±1/T₃(θ/δ), for 1..=9 with θ/δ = 5/4: T₃ = 4 (5/4)³ − 15/4 = 65/16.
-    #[test]
-    fn the_smoother_is_chebyshevs() {
-        let [c0, c1, c2] = chebyshev(1.0, 9.0);
-        let rest = |x: f64| 1.0 - x * (c0 + x * (c1 + x * c2));
-        for (x, expected) in
-            [(0.0, 1.0), (1.0, 16.0 / 65.0), (9.0, -16.0 / 65.0), (3.0, -16.0 / 65.0), (7.0, 16.0 / 65.0)]
-        {
-            assert!((rest(x) - expected).abs() < 1e-14, "{x}: {}", rest(x));
-        }
     }
 }

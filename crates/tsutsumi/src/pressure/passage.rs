@@ -180,6 +180,26 @@ impl Passage {
         self.has_cells = has_cells;
     }
 
+    /// The eigenvalue of D⁻¹ A for the shortest smooth wave that blocks represent, over as many cells as two blocks have, from the sums of [`Passage::coarsen`].
+    ///
+    /// ```text
+    /// λ = [Σ_I Σ_J s_i s_j A_ij + 2 (1 − cos(π/f)) f²/D Σ_IJ W_IJ |x_I − x_J|²] / Σ_i A_ii      x in blocks, pattern of ones
+    /// ```
+    pub(super) fn least_eigenvalue(&self, coarse: &Lattice) -> f64 {
+        let per_block = self.sums.len() / coarse.num_sites().max(1);
+        let (mut own, mut diagonal, mut pull) = (0.0, 0.0, 0.0);
+        for of_block in self.sums.chunks_exact(per_block.max(1)) {
+            own += of_block[0];
+            diagonal += of_block[1];
+            for (offset, of_edge) in coarse.offsets().iter().zip(&of_block[2..]) {
+                pull += f64::from(offset.square()) * of_edge.max(0.0);
+            }
+        }
+        let edge = f64::from(self.factor);
+        let wave = 2.0 * (1.0 - (std::f64::consts::PI / edge).cos());
+        (own + wave * edge * edge / self.dimension as f64 * pull) / diagonal
+    }
+
     /// Runs in a piece of a loop.
     fn grain(&self) -> usize {
         let runs = self.lines.len().max(1);
@@ -207,10 +227,13 @@ impl Passage {
                 interpolate_lines(&lines.corners[..1 << (dimension - 1)], run, patterns, blocks, even, odd);
                 let fine = &mut fine[run.site - run_bounds[number]..][..run.len];
                 let scale = &scale[run.site..][..run.len];
-                match factor {
-                    4 => expand::<4>(run, lines.first, even, odd, scale, fine),
-                    _ => expand::<2>(run, lines.first, even, odd, scale, fine),
-                }
+                parallel::vectorized(
+                    #[inline(always)]
+                    || match factor {
+                        4 => expand::<4>(run, lines.first, even, odd, scale, fine),
+                        _ => expand::<2>(run, lines.first, even, odd, scale, fine),
+                    },
+                );
             }
         };
         let pieces = (Parts::new(run_bounds, fine), Parts::new(row_bounds, &mut rows[..]), 0..lines.len());
@@ -233,10 +256,13 @@ impl Passage {
                 let (run, lines) = (&runs[number], &lines[number]);
                 let (even, odd) = row.split_at_mut(lines.len);
                 let (fine, scale) = (&fine[run.site..][..run.len], &scale[run.site..][..run.len]);
-                match factor {
-                    4 => collect::<4>(run, lines.first, fine, scale, even, odd),
-                    _ => collect::<2>(run, lines.first, fine, scale, even, odd),
-                }
+                parallel::vectorized(
+                    #[inline(always)]
+                    || match factor {
+                        4 => collect::<4>(run, lines.first, fine, scale, even, odd),
+                        _ => collect::<2>(run, lines.first, fine, scale, even, odd),
+                    },
+                );
             }
         };
         parallel::for_each((Parts::new(row_bounds, &mut rows[..]), 0..lines.len()), grain, &work);
@@ -342,6 +368,7 @@ impl Passage {
         };
         let bound = parallel::fold((Parts::new(sum_bounds, &mut sums[..]), 0..slabs.len()), grain, &work, &f64::max);
         for (number, blocks) in blocks.enumerate() {
+            straighten(coarse, sums, patterns.len() * sources.stride, number * sources.stride);
             fill_coarse(coarse, sums, patterns.len() * sources.stride, number * sources.stride, blocks);
         }
         bound
@@ -464,17 +491,46 @@ fn collect<const F: usize>(run: &Run, first: i32, fine: &[f32], scale: &[f32], e
     for cell in whole.before + whole.cells..run.len {
         add(block + num_blocks, cell - whole.before - whole.cells, cell);
     }
-    let cells = fine[whole.before..].chunks_exact(F).zip(scale[whole.before..].chunks_exact(F));
-    for (number, (fine, scale)) in cells.take(num_blocks).enumerate() {
-        let values: [f32; F] = std::array::from_fn(|within| scale[within] * fine[within]);
-        // In registers: the rows of one block after the other overlap.
-        let (mut even_sums, mut odd_sums) = ([0.0; 3], [0.0; 3]);
-        for (within, &value) in values.iter().enumerate() {
-            share::<F>(within, value, &mut even_sums, &mut odd_sums);
+    let (fine, scale) = (&fine[whole.before..][..whole.cells], &scale[whole.before..][..whole.cells]);
+    let wide = num_blocks / BLOCKS * BLOCKS;
+    for from in (0..wide).step_by(BLOCKS) {
+        let cells = from * F..(from + BLOCKS) * F;
+        share_blocks::<F, BLOCKS>(block + from, &fine[cells.clone()], &scale[cells], even, odd);
+    }
+    for from in wide..num_blocks {
+        let cells = from * F..(from + 1) * F;
+        share_blocks::<F, 1>(block + from, &fine[cells.clone()], &scale[cells], even, odd);
+    }
+}
+
+/// Blocks side by side, to fill a vector.
+const BLOCKS: usize = 8;
+
+/// The shares of the cells of `N` whole blocks, the first of which has the number `block` in the rows.
+#[inline(always)]
+fn share_blocks<const F: usize, const N: usize>(
+    block: usize,
+    fine: &[f32],
+    scale: &[f32],
+    even: &mut [f32],
+    odd: &mut [f32],
+) {
+    let (fine, scale) = (&fine[..F * N], &scale[..F * N]);
+    for (parity, row) in [even, odd].into_iter().enumerate() {
+        // For the blocks before, their own and the next ones.
+        let mut sums = [[0.0; N]; 3];
+        for within in (parity..F).step_by(2) {
+            let outer = outer_weight::<F>(within);
+            let neighbor = if within < F / 2 { 0 } else { 2 };
+            for number in 0..N {
+                let value = scale[number * F + within] * fine[number * F + within];
+                sums[1][number] += (1.0 - outer) * value;
+                sums[neighbor][number] += outer * value;
+            }
         }
-        let first = block + number - 1;
-        even[first..][..3].iter_mut().zip(even_sums).for_each(|(sum, value)| *sum += value);
-        odd[first..][..3].iter_mut().zip(odd_sums).for_each(|(sum, value)| *sum += value);
+        for (to, sums) in sums.iter().enumerate() {
+            row[block - 1 + to..][..N].iter_mut().zip(sums).for_each(|(row, sum)| *row += sum);
+        }
     }
 }
 
@@ -631,6 +687,76 @@ fn add_blocks<const F: usize>(within: usize, values: &[f64], per_block: usize, s
     }
 }
 
+/// Shares pushes across the corners of blocks, which a matrix with no positive entries beside its diagonal cannot hold, among the pulls along the axes.
+///
+/// Such pushes come with γΔt < k/g. The corners of a square push alike where the ground is uniform: a field that rises evenly then costs the same as before.
+///
+/// ```text
+/// w Σ (± g_x ± g_y)² = Σ_axes 2 w g²
+/// ```
+fn straighten(coarse: &Lattice, sums: &mut [f64], per_block: usize, place: usize) {
+    let pull = |site: usize, edge: usize| site * per_block + place + 2 + edge;
+    for (run, cells) in coarse.runs().iter().enumerate() {
+        for (corner, offset) in coarse.offsets().iter().enumerate() {
+            let sides = Sides::of(coarse, run, offset.to);
+            if sides.count == 0 {
+                continue;
+            }
+            for site in cells.site..cells.site + cells.len {
+                let push = sums[pull(site, corner)];
+                if push >= 0.0 {
+                    continue;
+                }
+                sums[pull(site, corner)] = 0.0;
+                for &(shift, side) in sides.each() {
+                    sums[pull(site.wrapping_add_signed(shift), side)] += sides.share * push;
+                }
+            }
+        }
+    }
+}
+
+/// The edges along the axes of the square or box of blocks between a block and one across its corner.
+struct Sides {
+    /// How far away (sites) the lower block of each is, and the number of its offset.
+    edges: [(isize, usize); 12],
+    count: usize,
+    /// One over the number of parallel ones.
+    share: f64,
+}
+
+impl Sides {
+    fn of(lattice: &Lattice, run: usize, corner: Place) -> Self {
+        let mut sides = Sides { edges: [(0, 0); 12], count: 0, share: 0.5 };
+        let axes = corner.iter().filter(|&&step| step != 0).count();
+        if axes < 2 {
+            return sides;
+        }
+        sides.share = 1.0 / (1 << (axes - 1)) as f64;
+        for axis in (0..3).filter(|&axis| corner[axis] != 0) {
+            let along: Place = std::array::from_fn(|other| i32::from(other == axis));
+            let Some(number) = lattice.offset_to(along) else { continue };
+            for others in 0..8_u8 {
+                let takes_part = |other: usize| others >> other & 1 == 1;
+                if (0..3).any(|other| takes_part(other) && (other == axis || corner[other] == 0)) {
+                    continue;
+                }
+                let lower: Place = std::array::from_fn(|other| match other == axis {
+                    true => corner[axis].min(0),
+                    false => i32::from(takes_part(other)) * corner[other],
+                });
+                sides.edges[sides.count] = (lattice.shift_to(run, lower), number);
+                sides.count += 1;
+            }
+        }
+        sides
+    }
+
+    fn each(&self) -> &[(isize, usize)] {
+        &self.edges[..self.count]
+    }
+}
+
 /// The matrix from the sums of the blocks, of which there are `per_block` each; those for its pattern start with number `place`.
 fn fill_coarse(coarse: &Lattice, sums: &[f64], per_block: usize, place: usize, blocks: &mut StencilMatrix<f64>) {
     let (diagonal, upper) = blocks.entries_mut();
@@ -646,6 +772,59 @@ fn fill_coarse(coarse: &Lattice, sums: &[f64], per_block: usize, place: usize, b
                 sum += pull(site, edge) + pull(site.wrapping_add_signed(below), edge);
             }
             diagonal[site] = sum;
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+
+    /// 8×8 blocks of 4×4 cells, each cell pulled by its neighbours with 1 and pushed by those across its corners with b/2: 112 pairs of blocks along the axes
+    /// with four pulls and six pushes between them, 98 across corners with one push; distances count by a quarter of a block.
+    #[test]
+    fn pushes_across_corners_weaken_the_pulls_along_the_axes() {
+        let mut lattice = Lattice::default();
+        lattice.rebuild(2, 1, (0..32).flat_map(|y| (0..32).map(move |x| [x, y, 0])));
+        for push in [0.0, 0.4, 0.8] {
+            let mut matrix = StencilMatrix::default();
+            matrix.resize(&lattice);
+            let (diagonal, upper) = matrix.entries_mut();
+            for (entries, offset) in upper.iter_mut().zip(lattice.offsets()) {
+                let corner = offset.to[0] * offset.to[1] != 0;
+                for site in lattice.runs().iter().flat_map(|run| run.site..run.site + run.len) {
+                    diagonal[site] = 3.0;
+                    entries[site] = if corner { 0.5 * push } else { -1.0 };
+                }
+            }
+            // No cells beyond the edges.
+            for run in lattice.runs() {
+                for (entries, offset) in upper.iter_mut().zip(lattice.offsets()) {
+                    let [dx, dy, _] = offset.to;
+                    if run.place[1] + dy > 31 {
+                        entries[run.site..run.site + run.len].fill(0.0);
+                    }
+                    match dx {
+                        1 => entries[run.site + run.len - 1] = 0.0,
+                        -1 => entries[run.site] = 0.0,
+                        _ => {}
+                    }
+                }
+            }
+            let (mut passage, mut coarse, mut blocks) =
+                (Passage::default(), Lattice::default(), StencilMatrix::default());
+            passage.rebuild(2, 4, 1, &lattice, &mut coarse);
+            blocks.resize(&coarse);
+            passage.coarsen(&lattice, &matrix, &[0], &coarse, std::iter::once(&mut blocks));
+            let upper: f64 = (0..4).map(|offset| blocks.upper(offset).iter().sum::<f64>()).sum();
+            let expected = 112.0 * (1.0 - 0.75 * push) - 2.0 * 98.0 * push / 8.0;
+            // Some hundred roundings.
+            assert!((upper + expected).abs() < 1e-12 * 112.0, "{push}: {upper} {expected}");
+            // 2 · 31 · 32 pulls and 2 · 31² pushes, each in two rows.
+            let own = 3.0 * 1024.0 - 2.0 * 1984.0 + push * 1922.0;
+            let wave = 2.0 * (1.0 - std::f64::consts::FRAC_1_SQRT_2);
+            let least = (own + wave * 8.0 * expected) / (3.0 * 1024.0);
+            assert!((passage.least_eigenvalue(&coarse) - least).abs() < 1e-12, "{push}");
         }
     }
 }
