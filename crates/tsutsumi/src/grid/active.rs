@@ -11,7 +11,7 @@ const GRAIN: usize = 2048;
 const PLACES: usize = 16_384;
 /// Nodes by which the list of them is changed at a time, more than those of a cell.
 const NODES: usize = 1024;
-/// So many places further on in memory are reached as if they were next.
+/// So many places further on or back in memory are reached as if they were next.
 const NEAR: u32 = 8;
 
 /// The cells that hold particles and the nodes they touch, in ascending order, and the particles of each cell.
@@ -67,7 +67,7 @@ impl ActiveSet {
             particles: Vec::new(),
             first_particle: Vec::with_capacity(num_cells + 1),
             changed: Vec::with_capacity(num_cells.min(movers.most())),
-            changed_nodes: Vec::with_capacity(2 * NODES),
+            changed_nodes: Vec::with_capacity(num_nodes.min(2 * NODES)),
             movers,
         }
     }
@@ -229,7 +229,7 @@ impl ActiveSet {
     pub(crate) fn count_jumps(&self) -> usize {
         let work = |range: Range<usize>| {
             let list = &self.particles[range.start..self.particles.len().min(range.end + 1)];
-            list.windows(2).filter(|pair| pair[1].wrapping_sub(pair[0]) > NEAR).count()
+            list.windows(2).filter(|pair| pair[1].abs_diff(pair[0]) > NEAR).count()
         };
         parallel::fold(0..self.particles.len(), PLACES, &work, &|before, after| before + after)
     }

@@ -8,7 +8,8 @@ use crate::particles::{MOST, Moves, Particles, follow_all};
 const LEAST: usize = 50_000;
 
 /// Particles are sorted when one in so many has changed its cell since the last look at their order, and as many more than after the last sort
-/// stand far from the one before them in the lists by cell: a body that moves as one stays in order.
+/// stand far from the one before them in the lists by cell: a body that moves as one along x stays in order, and along other axes it is sorted
+/// once or twice for every cell that it moves.
 ///
 /// A sort takes as long as one step, or three where the order is one by chance. In a fast flow, where 1 % of the particles change their cells in a
 /// step, there are some dozen steps between two of them.
