@@ -169,7 +169,7 @@ where
         }
         let volumes = &mut particles.volume[block.clone()];
         let outcome = group.update_block(start, &mut particles.stress[block.clone()], increments, volumes);
-        debug_assert!(outcome.failure.is_none(), "linear elasticity cannot fail");
+        assert!(outcome.failure.is_none(), "linear elasticity cannot fail");
         let boxes = volumes.iter_mut().zip(&mut particles.half_size[block.clone()]);
         for (p, (volume, half_size)) in boxes.enumerate() {
             let gradient = at_particles.at(p).velocity_gradient * dt;
