@@ -19,8 +19,7 @@ impl<const D: usize, const AROUND: bool> Kernel for SpreadCorners<'_, D, AROUND>
     fn run<X: Vectors>(self, vectors: X) {
         // The compiler knows which one it is, and so the length of every loop.
         match D {
-            1 => self.add::<X, 1, 1>(vectors),
-            2 => self.add::<X, 1, 1>(vectors),
+            1 | 2 => self.add::<X, 1, 1>(vectors),
             _ => self.add::<X, 2, 2>(vectors),
         }
     }
