@@ -13,7 +13,7 @@ use crate::{Body, BodyShape, Case, Model};
 pub struct Simulation<const D: usize> {
     model: Box<dyn Model<D>>,
     probes: Vec<ProbeAt<D>>,
-    /// The numbers of the particles whose fall is the settlement, in ascending order.
+    /// The numbers of the particles whose fall is the settlement.
     top: Vec<usize>,
     /// Where the particles started (m), by number.
     position: Vec<Vector<D>>,
@@ -179,12 +179,9 @@ impl<const D: usize> Simulation<D> {
         self.settlement_of_particles() + thinned / self.top.len() as f64
     }
 
-    /// The places of the top particles now, in the order of their numbers.
+    /// The places of the top particles now.
     fn top_places(&self) -> impl Iterator<Item = usize> {
-        let mut top = self.top.iter().copied().peekable();
-        let places = self.model.particles().places_by_number().enumerate();
-        let of_top = places.filter(move |(number, _)| top.next_if_eq(number).is_some()).map(|(_, place)| place);
-        of_top.take(self.top.len())
+        self.top.iter().copied().map(self.model.particles().finder())
     }
 
     /// What gravity has gained or lost on the particles since the start, −Σ M_p g·u_p (J).

@@ -10,6 +10,7 @@ mod gather;
 mod rows;
 mod spread;
 mod stencil;
+mod sums;
 
 use std::ops::Range;
 

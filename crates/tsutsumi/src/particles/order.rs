@@ -194,9 +194,14 @@ impl<const D: usize> Particles<D> {
 
     /// The places of all particles, in the order of their numbers. It allocates: for outputs, not for steps.
     pub fn places_by_number(&self) -> impl Iterator<Item = usize> + use<D> {
+        (0..self.len()).map(self.finder())
+    }
+
+    /// Tells the places of many particles by their numbers. It allocates, where particles have changed their places: for outputs, not for steps.
+    pub fn finder(&self) -> impl Fn(usize) -> usize + use<D> {
         let mut places = vec![0; self.numbers.len()];
         list_places(&self.numbers, &mut places);
-        (0..self.len()).map(move |number| places.get(number).map_or(number, |&place| place as usize))
+        move |number| places.get(number).map_or(number, |&place: &u32| place as usize)
     }
 
     /// Lists the places of the particles by number, in an array of one value per particle.

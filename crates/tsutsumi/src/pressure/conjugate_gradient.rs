@@ -269,6 +269,7 @@ mod tests {
 
     use super::super::multigrid::{BadDiagonal, MOST_DIRECT};
     use super::*;
+    use crate::pressure::lattice::Place;
 
     /// Every second cell of a box or so, numbered by x first.
     fn ragged(dimension: usize, edge: i32, holes: u64) -> Vec<[i32; 3]> {
@@ -380,6 +381,19 @@ mod tests {
         }
     }
 
+    /// Changes the diagonal of a matrix so that each of its rows sums to a storage of 1e-3.
+    fn sum_rows_to_storage(lattice: &Lattice, places: &[Place], matrix: &mut StencilMatrix<f64>) {
+        let mut sums = vec![0.0; lattice.num_sites()];
+        for (number, run) in lattice.runs().iter().enumerate() {
+            let sites = run.site..run.site + run.len;
+            matrix.sum_rows(lattice, number, sites.clone(), 0, &mut sums[sites]);
+        }
+        for place in places {
+            let site = lattice.site(*place).unwrap();
+            matrix.entries_mut().0[site] += 1e-3 - sums[site];
+        }
+    }
+
     /// The preconditioner as a matrix: symmetric and positive definite, on a body with a hole and an island.
     #[test]
     fn a_cycle_is_symmetric_and_positive_definite() {
@@ -398,16 +412,7 @@ mod tests {
                     -[0.0, 0.01, 1.0, 0.3][apart as usize] - if dimension == 1 { 1.0 } else { 0.0 }
                 }
             });
-            let mut sums = vec![0.0; lattice.num_sites()];
-            for (number, run) in lattice.runs().iter().enumerate() {
-                let sites = run.site..run.site + run.len;
-                matrix.sum_rows(&lattice, number, sites.clone(), 0, &mut sums[sites]);
-            }
-            for place in &places {
-                let site = lattice.site(*place).unwrap();
-                // Rows sum to the storage.
-                matrix.entries_mut().0[site] += 1e-3 - sums[site];
-            }
+            sum_rows_to_storage(&lattice, &places, &mut matrix);
             let mut multigrid = Multigrid::default();
             multigrid.rebuild(dimension, most_direct, &lattice);
             multigrid.measure(&lattice, &matrix).unwrap();
@@ -444,16 +449,7 @@ mod tests {
                 let apart: i32 = (0..2).map(|axis| (places[a][axis] - places[b][axis]).abs()).sum();
                 [1e-3, -1.0, 0.5 * push][apart as usize]
             });
-            let mut sums = vec![0.0; lattice.num_sites()];
-            for (number, run) in lattice.runs().iter().enumerate() {
-                let sites = run.site..run.site + run.len;
-                matrix.sum_rows(&lattice, number, sites.clone(), 0, &mut sums[sites]);
-            }
-            for place in &places {
-                let site = lattice.site(*place).unwrap();
-                // Rows sum to the storage.
-                matrix.entries_mut().0[site] += 1e-3 - sums[site];
-            }
+            sum_rows_to_storage(&lattice, &places, &mut matrix);
             let right: Vec<f64> = (0..places.len()).map(|cell| if cell == 700 { 1.0 } else { 1e-3 }).collect();
             let (_, iterations) = solve(&lattice, 2, MOST_DIRECT, &matrix, &right).unwrap();
             assert!(iterations <= 12, "{push}: {iterations}");

@@ -2,6 +2,7 @@ use std::cell::RefCell;
 use std::ops::Range;
 
 use super::stencil::inverse_of_spread;
+use super::sums::AxisWeights;
 use crate::grid::{Grid, index_among_in_vectors};
 use crate::parallel::vectorized;
 use crate::particles::Places;
@@ -242,10 +243,13 @@ impl ChunkWeights {
         four_from(&self.along[axis].moment[k], i)
     }
 
-    /// From a node to the next one along an axis.
+    /// The node where a row of a stencil begins, from that where the stencil does; its place along y and z does not count where there are no such
+    /// axes.
     #[inline(always)]
-    pub(super) fn stride(&self, axis: usize) -> u32 {
-        self.strides[axis]
+    pub(super) fn first_of_row<const D: usize>(&self, first_node: u32, y: u32, z: u32) -> usize {
+        let along_y = if D > 1 { y * self.strides[1] } else { 0 };
+        let along_z = if D > 2 { z * self.strides[2] } else { 0 };
+        (first_node + along_y + along_z) as usize
     }
 
     /// One over the diagonal of D_p = Σ_I N_I (x_I − X_p) ⊗ (x_I − X_p) (1/m²): shape functions are products over the axes whose values sum
@@ -280,11 +284,13 @@ impl ChunkWeights {
         reached.map(move |k| match is_there {
             true => Layer {
                 offset: k as u32 * stride,
-                value: self.value(axis, k, i),
-                gradient: self.gradient(axis, k, i),
-                moment: self.moment(axis, k, i),
+                weights: AxisWeights {
+                    value: self.value(axis, k, i),
+                    gradient: self.gradient(axis, k, i),
+                    moment: self.moment(axis, k, i),
+                },
             },
-            false => Layer { offset: 0, value: 1.0, gradient: 0.0, moment: 0.0 },
+            false => Layer { offset: 0, weights: AxisWeights { value: 1.0, gradient: 0.0, moment: 0.0 } },
         })
     }
 }
@@ -302,8 +308,6 @@ fn four_from(numbers: &[f64; ROOM], i: usize) -> [f64; 4] {
 pub(super) struct Layer {
     /// From the first node of the stencil to the same one in this layer.
     pub(super) offset: u32,
-    /// N (–) and its gradient (1/m) along the axis, and N times the way from the point to the layer (m).
-    pub(super) value: f64,
-    pub(super) gradient: f64,
-    pub(super) moment: f64,
+    /// The weights along the axis.
+    pub(super) weights: AxisWeights<f64>,
 }

@@ -2,10 +2,13 @@
 //!
 //! Particles follow each other cell by cell. Those of a cell give to and take from the same few nodes, whose numbers stay in registers meanwhile.
 
+use std::ops::{AddAssign, Mul};
+
 use super::chunk::ChunkWeights;
 use super::gather::{FoundIn, GatherChunk};
 use super::rows::Row;
 use super::spread::{NodesIn, SourcesIn, SpreadChunk};
+use super::sums::{AxisWeights, Sums};
 use crate::lanes::{Four, Kernel, Vectors};
 use crate::law::BLOCK;
 
@@ -105,14 +108,8 @@ impl<X: Vectors, const D: usize, const FACES: usize> CornerSums<X, D, FACES> {
             let mass = self.mass[z].to_array();
             let (momentum, force) = (self.momentum[z].map(Four::to_array), self.force[z].map(Four::to_array));
             for y in 0..if D > 1 { 2 } else { 1 } {
-                let mut first = first_node - nodes.first;
-                if D > 1 {
-                    first += y * weights.stride(1);
-                }
-                if D > 2 {
-                    first += z as u32 * weights.stride(2);
-                }
-                let row = first as usize..first as usize + 2;
+                let first = weights.first_of_row::<D>(first_node - nodes.first, y, z as u32);
+                let row = first..first + 2;
                 let corner = 2 * y as usize;
                 let in_row = |of_axis: &[[f64; 4]; D]| {
                     Row::<X, V>::from_fn(vectors, |place| match place < 2 * D {
@@ -181,7 +178,7 @@ impl<const D: usize, const A: bool, const M: bool> Kernel for GatherCorners<'_, 
         let mut i = 0;
         while i < len {
             let first_node = weights.first_node(i);
-            let found_here = corners.sums::<X, A, M>(vectors, first_node as usize, i);
+            let found_here = corners.sums::<X, A, M>(vectors, first_node, i);
             if !gradients_only {
                 found_here.give_velocity::<A>(start + i, &mut found);
             }
@@ -208,132 +205,83 @@ impl<const D: usize> Corners<'_, D> {
     fn sums<X: Vectors, const A: bool, const M: bool>(
         &self,
         vectors: X,
-        first_node: usize,
+        first_node: u32,
         i: usize,
-    ) -> LaneSums<X, D> {
-        let along = |axis: usize, k: usize| LaneWeights::new::<M>(vectors, self.weights, axis, k, i);
+    ) -> Sums<OfFour<X, D>, D> {
+        let along = |axis: usize, k: usize| weights_of_four::<X, M>(vectors, self.weights, axis, k, i);
         let x = [along(0, 0), along(0, 1)];
-        let mut sums = LaneSums::zeros(vectors);
+        let zeros = Sums::zeros(OfFour([Four::splat(vectors, -0.0); D]));
+        let mut sums = zeros;
         for z in 0..if D > 2 { 2 } else { 1 } {
-            let mut face = LaneSums::zeros(vectors);
+            let mut face = zeros;
             for y in 0..if D > 1 { 2 } else { 1 } {
-                let mut first = first_node;
-                if D > 1 {
-                    first += y * self.weights.stride(1) as usize;
+                let first = self.weights.first_of_row::<D>(first_node, y, z);
+                let velocity = &self.velocity[first..first + 2];
+                let acceleration = if A { &self.acceleration[first..first + 2] } else { self.acceleration };
+                let mut row = zeros;
+                for (k, x) in x.iter().enumerate() {
+                    let of_all = |vector: [f64; D]| OfFour(vector.map(|component| Four::splat(vectors, component)));
+                    let acceleration = if A { of_all(acceleration[k]) } else { zeros.acceleration };
+                    row.add::<_, A, M>(&Sums { velocity: of_all(velocity[k]), acceleration, ..zeros }, 0, x);
                 }
-                if D > 2 {
-                    first += z * self.weights.stride(2) as usize;
-                }
-                let row = self.row::<X, A, M>(vectors, first, &x);
-                match D {
-                    1 => face = row,
-                    _ => row.add_to::<A, M>(&mut face, 1, &along(1, y)),
-                }
+                face.add::<_, A, M>(&row, 1, &along(1, y as usize));
             }
-            match D {
-                1 | 2 => sums = face,
-                _ => face.add_to::<A, M>(&mut sums, 2, &along(2, z)),
-            }
-        }
-        sums
-    }
-
-    /// The sums over two nodes along x.
-    #[inline(always)]
-    fn row<X: Vectors, const A: bool, const M: bool>(
-        &self,
-        vectors: X,
-        first: usize,
-        along_x: &[LaneWeights<X>; 2],
-    ) -> LaneSums<X, D> {
-        let mut sums = LaneSums::zeros(vectors);
-        let velocity = &self.velocity[first..first + 2];
-        let acceleration = if A { &self.acceleration[first..first + 2] } else { self.acceleration };
-        for (k, x) in along_x.iter().enumerate() {
-            for i in 0..D {
-                let component = Four::splat(vectors, velocity[k][i]);
-                sums.velocity[i] += component * x.value;
-                sums.gradient[0][i] += component * x.gradient;
-                if M {
-                    sums.moment[0][i] += component * x.moment;
-                }
-                if A {
-                    sums.acceleration[i] += Four::splat(vectors, acceleration[k][i]) * x.value;
-                }
-            }
+            sums.add::<_, A, M>(&face, 2, &along(2, z as usize));
         }
         sums
     }
 }
 
-/// Weights of four particles at a node along an axis.
-#[derive(Clone, Copy)]
-struct LaneWeights<X: Vectors> {
-    value: Four<X>,
-    gradient: Four<X>,
-    moment: Four<X>,
-}
-
-impl<X: Vectors> LaneWeights<X> {
-    /// Moments only if they are wanted.
-    #[inline(always)]
-    fn new<const M: bool>(vectors: X, weights: &ChunkWeights, axis: usize, k: usize, i: usize) -> Self {
-        let moments = if M { weights.moments(axis, k, i) } else { [0.0; 4] };
-        LaneWeights {
-            value: Four::new(vectors, weights.values(axis, k, i)),
-            gradient: Four::new(vectors, weights.gradients(axis, k, i)),
-            moment: Four::new(vectors, moments),
-        }
+/// Weights of four particles at a node along an axis; moments only if they are wanted.
+#[inline(always)]
+fn weights_of_four<X: Vectors, const M: bool>(
+    vectors: X,
+    weights: &ChunkWeights,
+    axis: usize,
+    k: usize,
+    i: usize,
+) -> AxisWeights<Four<X>> {
+    let moments = if M { weights.moments(axis, k, i) } else { [0.0; 4] };
+    AxisWeights {
+        value: Four::new(vectors, weights.values(axis, k, i)),
+        gradient: Four::new(vectors, weights.gradients(axis, k, i)),
+        moment: Four::new(vectors, moments),
     }
 }
 
-/// What four particles find, component by component.
+/// A vector of the grid for each of four particles, component by component.
 #[derive(Clone, Copy)]
-struct LaneSums<X: Vectors, const D: usize> {
-    velocity: [Four<X>; D],
-    acceleration: [Four<X>; D],
-    /// With the gradient along an axis in place of the value.
-    gradient: [[Four<X>; D]; D],
-    /// With the value times the arm along an axis.
-    moment: [[Four<X>; D]; D],
-}
+struct OfFour<X: Vectors, const D: usize>([Four<X>; D]);
 
-impl<X: Vectors, const D: usize> LaneSums<X, D> {
-    /// −0, since only x − 0 is x whatever x is, and costs nothing.
+impl<X: Vectors, const D: usize> AddAssign for OfFour<X, D> {
     #[inline(always)]
-    fn zeros(vectors: X) -> Self {
-        let zeros = [Four::splat(vectors, -0.0); D];
-        LaneSums { velocity: zeros, acceleration: zeros, gradient: [zeros; D], moment: [zeros; D] }
-    }
-
-    /// Adds these sums over a row or face to those over all of them along an axis.
-    #[inline(always)]
-    fn add_to<const A: bool, const M: bool>(&self, sums: &mut Self, axis: usize, weights: &LaneWeights<X>) {
+    fn add_assign(&mut self, other: Self) {
         for i in 0..D {
-            sums.velocity[i] += self.velocity[i] * weights.value;
-            if A {
-                sums.acceleration[i] += self.acceleration[i] * weights.value;
-            }
-            for j in 0..axis {
-                sums.gradient[j][i] += self.gradient[j][i] * weights.value;
-                if M {
-                    sums.moment[j][i] += self.moment[j][i] * weights.value;
-                }
-            }
-            sums.gradient[axis][i] += self.velocity[i] * weights.gradient;
-            if M {
-                sums.moment[axis][i] += self.velocity[i] * weights.moment;
-            }
+            self.0[i] += other.0[i];
         }
     }
+}
 
+impl<X: Vectors, const D: usize> Mul<Four<X>> for OfFour<X, D> {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(mut self, factors: Four<X>) -> Self {
+        for i in 0..D {
+            self.0[i] *= factors;
+        }
+        self
+    }
+}
+
+impl<X: Vectors, const D: usize> Sums<OfFour<X, D>, D> {
     /// Velocities and accelerations of the particles of a block from number `p` on.
     #[inline(always)]
     fn give_velocity<const A: bool>(&self, p: usize, block: &mut FoundIn<D>) {
         for i in 0..D {
-            store(self.velocity[i], p, &mut block.velocity[i]);
+            store(self.velocity.0[i], p, &mut block.velocity[i]);
             if A {
-                store(self.acceleration[i], p, &mut block.acceleration[i]);
+                store(self.acceleration.0[i], p, &mut block.acceleration[i]);
             }
         }
     }
@@ -343,9 +291,9 @@ impl<X: Vectors, const D: usize> LaneSums<X, D> {
     fn give_variation<const M: bool>(&self, p: usize, block: &mut FoundIn<D>) {
         for j in 0..D {
             for i in 0..D {
-                store(self.gradient[j][i], p, &mut block.velocity_gradient[i][j]);
+                store(self.gradient[j].0[i], p, &mut block.velocity_gradient[i][j]);
                 if M {
-                    let lanes = self.moment[j][i].to_array();
+                    let lanes = self.moment[j].0[i].to_array();
                     for (moments, lane) in block.moments[p..].iter_mut().zip(lanes) {
                         moments[j][i] = lane;
                     }

@@ -1,10 +1,11 @@
 use std::ops::Range;
 
 use super::Gathered;
-use super::chunk::{ChunkWeights, ChunkWork, Layer};
+use super::chunk::{ChunkWeights, ChunkWork};
 use super::corners::GatherCorners;
 use super::rows::first_lanes;
 use super::stencil::Stencil;
+use super::sums::{AxisWeights, Sums};
 use crate::grid::{Grid, NodeFields};
 use crate::lanes::{self, Four, Kernel, Vectors};
 use crate::law::BLOCK;
@@ -168,35 +169,32 @@ impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Gather<'_
         reached: Range<usize>,
         velocity: &[[f64; D]],
         acceleration: &[[f64; D]],
-    ) -> Sums<X, D> {
+    ) -> Sums<Four<X>, D> {
         let along_x = AlongX::<X, V>::new::<M, D, WIDTH>(vectors, weights, i, reached.start);
         let nodes = if D > 2 { V } else { WIDTH };
         let first_node = weights.first_node(i) + reached.start as u32;
         let along_y = weights.layers::<D, WIDTH>(1, i);
-        let mut sums = Sums::zeros(vectors);
+        let mut sums = Sums::zeros(Four::splat(vectors, -0.0));
         for z in weights.layers::<D, WIDTH>(2, i) {
-            let mut layer = Sums::zeros(vectors);
+            let mut layer = Sums::zeros(Four::splat(vectors, -0.0));
             for y in along_y.clone() {
                 let first = (first_node + z.offset + y.offset) as usize;
                 let row = first..first + nodes;
                 let acceleration = if A { &acceleration[row.clone()] } else { acceleration };
                 let row = along_x.sum::<A, M, D>(vectors, &velocity[row], acceleration);
-                row.add_to::<A, M>(&mut layer, 1, &y);
+                layer.add::<_, A, M>(&row, 1, &y.weights);
             }
-            layer.add_to::<A, M>(&mut sums, 2, &z);
+            sums.add::<_, A, M>(&layer, 2, &z.weights);
         }
         sums
     }
 }
 
 /// A particle's weights along x, spread over the components of the nodes in each vector of a row.
-struct AlongX<X: Vectors, const V: usize> {
-    value: [Four<X>; V],
-    gradient: [Four<X>; V],
-    moment: [Four<X>; V],
-}
+struct AlongX<X: Vectors, const V: usize>([AxisWeights<Four<X>>; V]);
 
 impl<X: Vectors, const V: usize> AlongX<X, V> {
+    /// Moments only if they are wanted.
     #[inline(always)]
     fn new<const M: bool, const D: usize, const WIDTH: usize>(
         vectors: X,
@@ -204,9 +202,9 @@ impl<X: Vectors, const V: usize> AlongX<X, V> {
         i: usize,
         start: usize,
     ) -> Self {
-        let zeros = [Four::splat(vectors, 0.0); V];
-        let mut along = AlongX { value: zeros, gradient: zeros, moment: zeros };
-        for v in 0..V {
+        let zero = Four::splat(vectors, 0.0);
+        let mut along = [AxisWeights { value: zero, gradient: zero, moment: zero }; V];
+        for (v, along) in along.iter_mut().enumerate() {
             let first = start + v * nodes_per_vector(D);
             let spread = |of: &dyn Fn(usize) -> f64| {
                 // A vector may be longer than what is left of the row.
@@ -216,13 +214,13 @@ impl<X: Vectors, const V: usize> AlongX<X, V> {
                 };
                 Four::new(vectors, [at(0), at(1), at(2), at(3)])
             };
-            along.value[v] = spread(&|k| weights.value(0, k, i));
-            along.gradient[v] = spread(&|k| weights.gradient(0, k, i));
+            along.value = spread(&|k| weights.value(0, k, i));
+            along.gradient = spread(&|k| weights.gradient(0, k, i));
             if M {
-                along.moment[v] = spread(&|k| weights.moment(0, k, i));
+                along.moment = spread(&|k| weights.moment(0, k, i));
             }
         }
-        along
+        AlongX(along)
     }
 
     /// The sums over a row.
@@ -232,18 +230,14 @@ impl<X: Vectors, const V: usize> AlongX<X, V> {
         vectors: X,
         velocity: &[[f64; D]],
         acceleration: &[[f64; D]],
-    ) -> Sums<X, D> {
-        let mut sums = Sums::zeros(vectors);
+    ) -> Sums<Four<X>, D> {
+        let zero = Four::splat(vectors, -0.0);
+        let mut sums = Sums::zeros(zero);
         for v in 0..V {
-            let here = vector_of_row(vectors, velocity, v);
-            sums.velocity += here * self.value[v];
-            sums.gradient[0] += here * self.gradient[v];
-            if M {
-                sums.moment[0] += here * self.moment[v];
-            }
-            if A {
-                sums.acceleration += vector_of_row(vectors, acceleration, v) * self.value[v];
-            }
+            let velocity = vector_of_row(vectors, velocity, v);
+            let acceleration = if A { vector_of_row(vectors, acceleration, v) } else { zero };
+            let part = Sums { velocity, acceleration, ..Sums::zeros(zero) };
+            sums.add::<_, A, M>(&part, 0, &self.0[v]);
         }
         sums
     }
@@ -266,48 +260,7 @@ fn vector_of_row<X: Vectors, const D: usize>(vectors: X, row: &[[f64; D]], v: us
     first_lanes(vectors, &numbers[start..])
 }
 
-/// Sums over nodes, for each component and each node of a vector.
-#[derive(Clone, Copy)]
-struct Sums<X: Vectors, const D: usize> {
-    velocity: Four<X>,
-    acceleration: Four<X>,
-    /// With the gradient along an axis in place of the value.
-    gradient: [Four<X>; D],
-    /// With the value times the arm along an axis.
-    moment: [Four<X>; D],
-}
-
-impl<X: Vectors, const D: usize> Sums<X, D> {
-    /// −0, since only x − 0 is x whatever x is, and costs nothing.
-    #[inline(always)]
-    fn zeros(vectors: X) -> Self {
-        let zeros = Four::splat(vectors, -0.0);
-        Sums { velocity: zeros, acceleration: zeros, gradient: [zeros; D], moment: [zeros; D] }
-    }
-
-    /// Adds these sums of a row or layer to those over all layers along an axis.
-    #[inline(always)]
-    fn add_to<const A: bool, const M: bool>(&self, sums: &mut Self, axis: usize, layer: &Layer) {
-        if axis >= D {
-            *sums = *self;
-            return;
-        }
-        sums.velocity += self.velocity * layer.value;
-        if A {
-            sums.acceleration += self.acceleration * layer.value;
-        }
-        for j in 0..axis {
-            sums.gradient[j] += self.gradient[j] * layer.value;
-            if M {
-                sums.moment[j] += self.moment[j] * layer.value;
-            }
-        }
-        sums.gradient[axis] += self.velocity * layer.gradient;
-        if M {
-            sums.moment[axis] += self.velocity * layer.moment;
-        }
-    }
-
+impl<X: Vectors, const D: usize> Sums<Four<X>, D> {
     /// Velocity and acceleration of particle number `p` of a block.
     #[inline(always)]
     fn give_velocity<const A: bool>(self, p: usize, block: &mut FoundIn<D>) {

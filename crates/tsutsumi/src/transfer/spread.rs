@@ -218,14 +218,14 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
             for y in along_y.clone() {
                 let row = (first + z.offset + y.offset) as usize;
                 let row = row..row + WIDTH;
-                (layer.mass * y.value).add_to(vectors, &mut nodes.mass[row.clone()]);
-                let mut momentum = layer.momentum * y.value;
-                let mut force = layer.force * y.value;
+                (layer.mass * y.weights.value).add_to(vectors, &mut nodes.mass[row.clone()]);
+                let mut momentum = layer.momentum * y.weights.value;
+                let mut force = layer.force * y.weights.value;
                 if D > 1 {
-                    force += layer.force_by_gradient * y.gradient;
+                    force += layer.force_by_gradient * y.weights.gradient;
                 }
                 if AROUND && D > 1 {
-                    momentum += layer.momentum_gradient * y.moment;
+                    momentum += layer.momentum_gradient * y.weights.moment;
                 }
                 momentum.add_to(vectors, nodes.momentum[row.clone()].as_flattened_mut());
                 force.add_to(vectors, nodes.force[row].as_flattened_mut());
@@ -236,16 +236,16 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     /// With the weights along z.
     #[inline(always)]
     fn layer<const AROUND: bool>(&self, z: &Layer) -> LayerRows<X, V> {
-        let mut momentum = self.momentum * z.value;
+        let mut momentum = self.momentum * z.weights.value;
         if AROUND {
-            momentum += self.momentum_gradient[2] * z.moment;
+            momentum += self.momentum_gradient[2] * z.weights.moment;
         }
         LayerRows {
-            mass: self.mass * z.value,
+            mass: self.mass * z.weights.value,
             momentum,
-            momentum_gradient: self.momentum_gradient[1] * z.value,
-            force: self.force[0] * z.value + self.force[2] * z.gradient,
-            force_by_gradient: self.force[1] * z.value,
+            momentum_gradient: self.momentum_gradient[1] * z.weights.value,
+            force: self.force[0] * z.weights.value + self.force[2] * z.weights.gradient,
+            force_by_gradient: self.force[1] * z.weights.value,
         }
     }
 }
