@@ -19,7 +19,7 @@ const INCREMENTS: usize = 200;
 
 fn bench_law(criterion: &mut Criterion, name: &str, law: impl ConstitutiveLaw) {
     let mut stresses = vec![Sym3::diagonal(-100e3, -100e3, -100e3); POINTS];
-    let group = Group::new(name, law, 0..POINTS, &stresses);
+    let group = Group::new(name, law, 0..POINTS, stresses.iter().copied());
     let volumes = vec![1.0; POINTS];
     let mut step = 0;
     let mut bench = criterion.benchmark_group("law-update");

@@ -325,7 +325,7 @@ mod tests {
         let particles = solver.particles();
         let along = |stress: &Sym3| [stress.xx, stress.yy, stress.zz][D - 1];
         let sums = (0..particles.len()).fold([0.0, 0.0], |[velocity, stress], p| {
-            [velocity + particles.velocity[p][D - 1], stress + along(&particles.stress[p])]
+            [velocity + particles.velocity[p][D - 1], stress + along(&particles.stress.at(p))]
         });
         sums.map(|sum| sum / particles.len() as f64)
     }

@@ -168,8 +168,12 @@ where
             increment.spin[2] = 0.5 * (yx - xy);
         }
         let volumes = &mut particles.volume[block.clone()];
-        let outcome = group.update_block(start, &mut particles.stress[block.clone()], increments, volumes);
+        let mut stresses = [Sym3::ZERO; BLOCK];
+        let stresses = &mut stresses[..block.len()];
+        stresses.iter_mut().zip(block.clone()).for_each(|(stress, p)| *stress = particles.stress.at(p));
+        let outcome = group.update_block(start, stresses, increments, volumes);
         assert!(outcome.failure.is_none(), "linear elasticity cannot fail");
+        stresses.iter().zip(block.clone()).for_each(|(&stress, p)| particles.stress.set(p, stress));
         let boxes = volumes.iter_mut().zip(&mut particles.half_size[block.clone()]);
         for (p, (volume, half_size)) in boxes.enumerate() {
             let gradient = at_particles.at(p).velocity_gradient * dt;

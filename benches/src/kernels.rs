@@ -70,7 +70,7 @@ fn updates(law: impl ConstitutiveLaw) -> Work {
     const POINTS: usize = 64;
     const INCREMENTS: usize = 100;
     let mut stresses = vec![Sym3::IDENTITY * -100e3; POINTS];
-    let group = Group::new("ground", law, 0..POINTS, &stresses);
+    let group = Group::new("ground", law, 0..POINTS, stresses.iter().copied());
     let increments = [Increment { strain: Sym3 { xy: 0.5e-4, ..Sym3::ZERO }, ..Increment::default() }; POINTS];
     let volumes = [1.0; POINTS];
     let work = move || {

@@ -87,7 +87,7 @@ fn check_in<const D: usize>(
     let (memory, places) = (model.memory(), model.particles().len() * size_of::<Vector<D>>());
     let numbers = |(index, body): (usize, &crate::Body)| {
         let group = &model.groups()[index];
-        let (modulus, _) = group.wave_moduli(&model.particles().stress[group.particles()]);
+        let (modulus, _) = group.wave_moduli(&mut model.particles().stress.within(group.particles()));
         let (lower, upper) = bounds(&body.shape, grid);
         body_numbers(case, body, modulus, upper[D - 1] - lower[D - 1])
     };

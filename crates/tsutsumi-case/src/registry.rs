@@ -214,7 +214,7 @@ fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
     let key = request.place.clone().key("conductivity_law");
     let (name, known) = (request.conductivity_law, conductivity_laws());
     let conductivity_law = choose(request.source, key, "law of the conductivity", name, known)?;
-    let group = Group::new(request.name, law, request.particles.clone(), request.stresses);
+    let group = Group::new(request.name, law, request.particles.clone(), request.stresses.iter().copied());
     let group = match &request.history {
         Some(place) => group.with_history(request.source.parse_at(place)?),
         None => group,

@@ -230,7 +230,7 @@ pub(crate) fn write_particles<const D: usize>(
     let points = vectors(&particles.position);
     let displacement: Vec<[f64; 3]> = places.iter().map(|&p| pad(&simulation.displacement(p))).collect();
     let velocity = vectors(&particles.velocity);
-    let stress: Vec<[f64; 6]> = places.iter().map(|&p| components(particles.stress[p])).collect();
+    let stress: Vec<[f64; 6]> = places.iter().map(|&p| components(particles.stress.at(p))).collect();
     let half_size = vectors(&particles.half_size);
     let mut body = vec![0.0; particles.len()];
     for (number, group) in simulation.model().groups().iter().enumerate() {
@@ -259,7 +259,7 @@ fn law_outputs<const D: usize>(simulation: &Simulation<D>) -> Vec<(&'static str,
         let names = group.outputs();
         let mut values = vec![0.0; names.len()];
         for (i, p) in group.particles().enumerate() {
-            group.write_outputs(i, particles.stress[p], &mut values);
+            group.write_outputs(i, particles.stress.at(p), &mut values);
             for (&name, &value) in names.iter().zip(&values) {
                 let column = match columns.iter().position(|(known, _)| *known == name) {
                     Some(column) => column,

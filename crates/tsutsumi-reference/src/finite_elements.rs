@@ -17,7 +17,7 @@ use self::unknowns::Unknowns;
 use tsutsumi::boundary::Boundary;
 use tsutsumi::grid::{ActiveSet, CellFields, Grid, NodeFields};
 use tsutsumi::law::{Increment, LawError, MaterialGroup, Question};
-use tsutsumi::particles::{LocalMotion, OutsideGrid, Particles};
+use tsutsumi::particles::{LocalMotion, OutsideGrid, Particles, Stresses};
 use tsutsumi::pressure::{Fluid, PressureReport};
 use tsutsumi::shape::Linear;
 use tsutsumi::solver::{Clock, StepReport};
@@ -172,7 +172,7 @@ pub struct FiniteElements<const D: usize> {
     sums: NodeFields<D>,
     /// Nodal displacement of the step so far (m), velocity and acceleration at its start and its end.
     step: Motion<D>,
-    trial_stress: Vec<Sym3>,
+    trial_stress: Stresses,
     tangents: Vec<Matrix6>,
     /// The step (s) and the tangents that the factors in `system` are made of.
     factorized: (f64, Vec<Matrix6>),
@@ -342,18 +342,18 @@ impl<const D: usize> FiniteElements<D> {
             for p in range.clone() {
                 let strain = strain_of(&at_points[p]);
                 let (stress, tangent) =
-                    group.trial(p - range.start, points.stress[p], strain, f64::INFINITY).map_err(|source| {
+                    group.trial(p - range.start, points.stress.at(p), strain, f64::INFINITY).map_err(|source| {
                         let increment = Increment { strain, ..Increment::default() };
                         FiniteElementError::Law {
                             material: group.name().to_owned(),
                             point: p,
-                            question: Box::new(Question { stress: points.stress[p], increment }),
+                            question: Box::new(Question { stress: points.stress.at(p), increment }),
                             position: points.position[p].iter().copied().collect(),
                             time,
                             source: Box::new(source),
                         }
                     })?;
-                self.trial_stress[p] = stress;
+                self.trial_stress.set(p, stress);
                 self.tangents[p] = tangent;
             }
         }
@@ -444,9 +444,11 @@ impl<const D: usize> FiniteElements<D> {
         let points = &mut self.parts.points;
         for group in &mut self.parts.groups {
             let range = group.particles();
-            let (stresses, volumes) = (&mut points.stress[range.clone()], &points.volume[range.clone()]);
+            let mut stresses: Vec<Sym3> = points.stress.within(range.clone()).collect();
             // These increments were tried and accepted: none fails.
-            let outcome = group.update_block(0, stresses, &increments[range], volumes);
+            let outcome =
+                group.update_block(0, &mut stresses, &increments[range.clone()], &points.volume[range.clone()]);
+            range.zip(stresses).for_each(|(p, stress)| points.stress.set(p, stress));
             self.strain_energy += outcome.work;
         }
         self.continuity.pressures_to_points(&self.cells, points);

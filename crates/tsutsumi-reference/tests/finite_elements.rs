@@ -248,10 +248,10 @@ fn under_gravity_the_water_becomes_hydrostatic() {
     column.run(20_000.0, 200.0);
     let pressure = column.model.cells().pressure[0];
     assert!((pressure - 9800.0 * 9.5).abs() < 1e-4 * 9800.0 * 9.5, "{pressure}");
-    let stress = column.model.points().stress[0].yy;
+    let stress = column.model.points().stress.at(0).yy;
     let depth = HEIGHT - 0.5;
     // Linear elements hold the mean stress of an element.
-    let mean = 0.5 * (stress + column.model.points().stress[2].yy);
+    let mean = 0.5 * (stress + column.model.points().stress.at(2).yy);
     assert!((mean + 500.0 * 9.8 * depth).abs() < 1e-4 * 500.0 * 9.8 * depth, "{mean}");
 }
 

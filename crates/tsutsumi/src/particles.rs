@@ -1,9 +1,11 @@
 //! The material points: a body Ω split into subdomains Ω_p, each carried by a particle.
 
 mod order;
+mod stresses;
 
 pub use order::{AtPlaces, Moves, MovesWithin};
 pub(crate) use order::{Follows, MOST, follow_all};
+pub use stresses::{StressIter, Stresses, StressesMut};
 
 use std::ops::Range;
 
@@ -42,7 +44,7 @@ pub struct Particles<const D: usize> {
     pub half_size_at_start: Vec<Vector<D>>,
     /// Effective stress σ' (Pa, positive in tension): σ = σ' + p I = σ' − p_w I, Eq. (2). Never specific, σ' = ρ σ'^s.
     #[doc(alias = "Eq. (2)")]
-    pub stress: Vec<Sym3>,
+    pub stress: Stresses,
     /// Pore pressure p_w (Pa, positive in compression).
     pub pressure: Vec<f64>,
     /// Porosity n (–), which follows the volume; 0 in dry ground.
@@ -299,7 +301,7 @@ impl<const D: usize> Particles<D> {
         let vectors = [position, velocity, half_size, half_size_at_start].map(vec_bytes);
         let scalars = [mass, volume, pressure, porosity, conductivity].map(vec_bytes);
         let places = [cell, numbers].map(vec_bytes);
-        let others = [vec_bytes(stress), vec_bytes(drained), vec_bytes(local_motion)];
+        let others = [stress.bytes(), vec_bytes(drained), vec_bytes(local_motion)];
         vectors.iter().chain(&scalars).chain(&places).chain(&others).sum()
     }
 }

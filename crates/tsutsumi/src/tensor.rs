@@ -170,19 +170,6 @@ impl Sym3 {
         })
     }
 
-    /// The components in space, times a factor.
-    #[inline(always)]
-    pub(crate) fn block<const D: usize>(self, factor: f64) -> [[f64; D]; D] {
-        let rows = [[self.xx, self.xy, self.zx], [self.xy, self.yy, self.yz], [self.zx, self.yz, self.zz]];
-        let mut block = [[0.0; D]; D];
-        for i in 0..D {
-            for j in 0..D {
-                block[i][j] = rows[i][j] * factor;
-            }
-        }
-        block
-    }
-
     /// Components xx, yy, zz, √2 xy, √2 yz, √2 zx, in which a : b is a plain scalar product.
     #[inline]
     pub fn to_kelvin(self) -> nalgebra::Vector6<f64> {

@@ -86,7 +86,7 @@ fn a_rigid_motion_strains_nothing<const D: usize>() {
             let off = (particles.velocity[p] - velocity).norm();
             assert_close("velocity", off, 0.0, 1e-12);
             assert_close("path", (particles.position[p] - start - travel).norm(), 0.0, 1e-12);
-            let stress = particles.stress[p];
+            let stress = particles.stress.at(p);
             assert_close("stress", stress.norm(), 0.0, 1e-14 * MODULUS);
             assert_close("pressure", particles.pressure[p], 0.0, 1e-14 * MODULUS);
         }

@@ -67,7 +67,7 @@ fn ground_stays_at_rest<const D: usize>(height: f64, quadrature: Quadrature, dt:
         for (&pressure, expected) in cell_pressures(&solver).iter().zip(hydrostatic(height)) {
             assert_close("pressure", pressure, expected, tolerance);
         }
-        for (&stress, &before) in solver.particles().stress.iter().zip(&before) {
+        for (stress, before) in solver.particles().stress.iter().zip(&before) {
             let change = stress - before;
             assert_close("stress", change.norm(), 0.0, tolerance);
         }

@@ -132,7 +132,7 @@ fn pores_that_close_are_an_error() {
     let error = first_error(&mut solver, 2e-2, 20_000);
     let StepError::ClosedPores { particle, porosity, .. } = error else { panic!("{error:?}") };
     assert!((-1e-3..0.0).contains(&porosity), "{porosity}");
-    let stress = solver.particles().stress[particle].xx;
+    let stress = solver.particles().stress.at(particle).xx;
     // A step of 0.02 s of the ramp is 10 Pa.
     assert!((stress - 1e5 * 0.6_f64.ln()).abs() < 1e2, "{stress}");
 }
@@ -170,7 +170,7 @@ fn a_failing_law_names_the_particle<const D: usize>() {
     let LawError::NotConverged { iterations: 25, residual } = *source else { panic!("{source:?}") };
     assert!(residual > 50e3, "{residual}");
     // It keeps its last good stress.
-    let stress = solver.particles().stress[particle];
+    let stress = solver.particles().stress.at(particle);
     assert!(stress.xx.max(stress.yy).max(stress.zz) <= 50e3, "{stress:?}");
     // Asked again, the law fails again.
     assert_eq!((question.stress, question.increment.duration), (stress, 1e-3));

@@ -78,7 +78,7 @@ fn plain_sums<const D: usize>(
             let velocity = particles.velocity[p] + around * arm(node);
             nodes.mass[node] += particles.mass[p] * value;
             nodes.velocity_old[node] += velocity * (particles.mass[p] * value);
-            nodes.force[node] -= particles.stress[p].dot(&gradient) * particles.volume[p];
+            nodes.force[node] -= particles.stress.at(p).dot(&gradient) * particles.volume[p];
         });
     }
     nodes

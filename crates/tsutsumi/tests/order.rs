@@ -25,7 +25,7 @@ use tsutsumi_testkit::soils::MORIKAWA_ASAI_CLAY;
 fn bits<const D: usize>(particles: &Particles<D>) -> Vec<u64> {
     let mut bits = Vec::new();
     for p in particles.places_by_number() {
-        let stress = particles.stress[p];
+        let stress = particles.stress.at(p);
         let vectors = [particles.position[p], particles.velocity[p], particles.half_size[p]];
         let numbers = [particles.mass[p], particles.volume[p], particles.pressure[p], particles.porosity[p]];
         bits.extend(vectors.iter().flat_map(|vector| vector.iter()).chain(&numbers).map(|number| number.to_bits()));
@@ -44,7 +44,7 @@ fn histories<const D: usize>(solver: &Solver<D>) -> Vec<Vec<f64>> {
         let group = group_of(place);
         let mut values = vec![0.0; group.outputs().len()];
         assert!(!values.is_empty());
-        group.write_outputs(place - group.particles().start, solver.particles().stress[place], &mut values);
+        group.write_outputs(place - group.particles().start, solver.particles().stress.at(place), &mut values);
         values
     };
     solver.particles().places_by_number().map(outputs).collect()
@@ -114,10 +114,10 @@ impl<const D: usize> Turning<D> {
         let half = particles.len() / 2;
         let boundary = Self::boundary(&grid, &mut particles);
         let clay: Box<dyn MaterialGroup> =
-            Box::new(Group::new("clay", MORIKAWA_ASAI_CLAY, 0..half, &particles.stress[..half]));
+            Box::new(Group::new("clay", MORIKAWA_ASAI_CLAY, 0..half, particles.stress.within(0..half)));
         let liquid = Newtonian { bulk_modulus: 2e5, viscosity: 10.0, tait_exponent: 0.0, bears_tension: true };
         let rest = half..particles.len();
-        let liquid = Group::new("liquid", liquid, rest.clone(), &particles.stress[rest]);
+        let liquid = Group::new("liquid", liquid, rest.clone(), particles.stress.within(rest));
         Solver::new(self.parts(grid, particles, vec![clay, Box::new(liquid)], boundary)).unwrap()
     }
 

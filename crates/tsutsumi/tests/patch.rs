@@ -80,7 +80,7 @@ fn a_uniform_stress_is_in_equilibrium<const D: usize>(corner: f64, edge: f64, qu
     // A node's forces cancel to 1e-16 of 120 kPa × 1 m², over a mass of 1500 kg/m³ × 1 m³ / 64 at the corners of a body
     // that fills a quarter of a cell per axis: 5e-13 m/s² during 0.25 s.
     assert_close("speed", largest_speed(solver.particles()), 0.0, 1e-12);
-    for (&now, &pressure) in solver.particles().stress.iter().zip(&solver.particles().pressure) {
+    for (now, &pressure) in solver.particles().stress.iter().zip(&solver.particles().pressure) {
         let change = now - stress;
         assert_close("stress", change.norm(), 0.0, 1e-5);
         assert_close("pressure", pressure, water, 1e-5);

@@ -64,7 +64,7 @@ struct Attempt {
 impl Specimen {
     /// A specimen of a law with this effective stress (Pa); its strain is zero.
     pub fn new<L: ConstitutiveLaw>(law: L, stress: Sym3) -> Self {
-        Self::of_group(Box::new(Group::new("specimen", law, 0..1, &[stress])), stress)
+        Self::of_group(Box::new(Group::new("specimen", law, 0..1, [stress])), stress)
     }
 
     /// A specimen of a law that was chosen at run time: the first particle of a group that starts with this effective stress (Pa).

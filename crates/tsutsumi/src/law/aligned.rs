@@ -6,13 +6,14 @@
 use super::block::{BLOCK, IncrementBlock, LANES, StressBlock, set_tensor, tensor};
 use super::group::{BlockOutcome, LawFailure};
 use super::{ConstitutiveLaw, LawError};
-use crate::tensor::{Matrix3, Sym3, rotation, rotation_about_z};
+use crate::particles::StressesMut;
+use crate::tensor::{Matrix3, rotation, rotation_about_z};
 
 /// The particles of a block, with what they are asked.
 pub(super) struct Aligned<'a, L: ConstitutiveLaw> {
     pub(super) law: &'a L,
     pub(super) states: &'a mut [L::State],
-    pub(super) stresses: &'a mut [Sym3],
+    pub(super) stresses: StressesMut<'a>,
     pub(super) increments: &'a IncrementBlock,
     pub(super) volumes: &'a [f64],
     pub(super) room: &'a mut StressBlock,
@@ -39,7 +40,7 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
     /// Turns and updates stresses and histories of small increments.
     #[inline(always)]
     pub(super) fn update(mut self) -> BlockOutcome {
-        match self.increments.in_plane && are_in_plane(self.stresses) {
+        match self.increments.in_plane && self.stresses.are_in_plane() {
             true => self.update_components::<4>(),
             false => self.update_components::<6>(),
         }
@@ -48,6 +49,7 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
     /// The same where only the first `C` components of stresses and strains are other than zero.
     #[inline(always)]
     fn update_components<const C: usize>(&mut self) -> BlockOutcome {
+        self.load::<C>();
         self.turn::<C>();
         let failures = self.ask::<C>();
         if C == 4 && !self.answers_are_in_plane() {
@@ -57,19 +59,35 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
         self.accept::<C>(failures)
     }
 
+    /// Brings the stresses of the block component by component.
+    #[inline(always)]
+    fn load<const C: usize>(&mut self) {
+        let Aligned { stresses, room: StressBlock { old, .. }, .. } = self;
+        let [xx, yy, zz, xy, yz, zx] = old;
+        for (p, stress) in (0..BLOCK).zip(stresses.in_plane()) {
+            [xx[p], yy[p], zz[p], xy[p]] = *stress;
+        }
+        if C > 4 {
+            for (p, stress) in (0..BLOCK).zip(stresses.out_of_plane()) {
+                [yz[p], zx[p]] = *stress;
+            }
+        }
+    }
+
     /// Jaumann: the old stresses and histories turn with the material by the rotations of the step.
     #[inline(always)]
     fn turn<const C: usize>(&mut self) {
-        let Aligned { law, states, stresses, increments, room, .. } = self;
-        for (p, (stress, state)) in (0..BLOCK).zip(stresses.iter().zip(states.iter_mut())) {
+        let Aligned { law, states, increments, room: StressBlock { old, .. }, .. } = self;
+        for (p, state) in (0..BLOCK).zip(states.iter_mut()) {
+            let stress = tensor::<C>(old, p);
             if C == 4 {
                 let (cosine, sine) = rotation_about_z(increments.spin[2][p]);
-                set_tensor::<C>(&mut room.old, p, stress.rotated_about_z(cosine, sine));
+                set_tensor::<C>(old, p, stress.rotated_about_z(cosine, sine));
                 let turn = Matrix3::new(cosine, -sine, 0.0, sine, cosine, 0.0, 0.0, 0.0, 1.0);
                 *state = law.rotate_state(*state, &turn);
             } else {
                 let turn = rotation(&increments.at(p).spin);
-                set_tensor::<C>(&mut room.old, p, stress.rotated(&turn));
+                set_tensor::<C>(old, p, stress.rotated(&turn));
                 *state = law.rotate_state(*state, &turn);
             }
         }
@@ -116,11 +134,13 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
         }
         let len = self.stresses.len();
         let StressBlock { new, work, .. } = &mut *self.room;
-        for (p, stress) in (0..BLOCK).zip(self.stresses.iter_mut()) {
-            let answer = tensor::<C>(new, p);
-            (stress.xx, stress.yy, stress.zz, stress.xy) = (answer.xx, answer.yy, answer.zz, answer.xy);
-            if C > 4 {
-                (stress.yz, stress.zx) = (answer.yz, answer.zx);
+        let [xx, yy, zz, xy, yz, zx] = new;
+        for (p, stress) in (0..BLOCK).zip(self.stresses.in_plane()) {
+            *stress = [xx[p], yy[p], zz[p], xy[p]];
+        }
+        if C > 4 {
+            for (p, stress) in (0..BLOCK).zip(self.stresses.out_of_plane()) {
+                *stress = [yz[p], zx[p]];
             }
         }
         work[len..].fill(0.0);
@@ -162,10 +182,4 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
             }
         }
     }
-}
-
-/// True when no stress has a component out of the plane.
-#[inline(always)]
-fn are_in_plane(stresses: &[Sym3]) -> bool {
-    stresses.iter().fold(0, |bits, stress| bits | stress.yz.to_bits() | stress.zx.to_bits()) == 0
 }

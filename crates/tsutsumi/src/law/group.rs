@@ -5,7 +5,7 @@ use super::aligned::Aligned;
 use super::block::{BLOCK, IncrementBlock, StressBlock};
 use super::{ConductivityLaw, ConstantConductivity, ConstitutiveLaw, Increment, LawError, differences};
 use crate::parallel::vectorized;
-use crate::particles::{AtPlaces, MovesWithin};
+use crate::particles::{AtPlaces, MovesWithin, StressesMut};
 use crate::tensor::{Matrix3, Matrix6, Sym3, Vector, rotation, rotation_about_z};
 
 /// The outcome of a law over a block of particles.
@@ -65,9 +65,14 @@ pub struct Group<L: ConstitutiveLaw> {
 
 impl<L: ConstitutiveLaw> Group<L> {
     /// A group of the particles `particles` with these initial effective stresses (Pa).
-    pub fn new(name: impl Into<String>, law: L, particles: Range<usize>, stresses: &[Sym3]) -> Self {
-        let states_of = |block: &[Sym3]| block.iter().map(|&stress| law.initial_state(stress)).collect();
-        let states = stresses.chunks(BLOCK).map(|block| Mutex::new(states_of(block))).collect();
+    pub fn new(
+        name: impl Into<String>,
+        law: L,
+        particles: Range<usize>,
+        stresses: impl IntoIterator<Item = Sym3>,
+    ) -> Self {
+        let states: Vec<L::State> = stresses.into_iter().map(|stress| law.initial_state(stress)).collect();
+        let states = states.chunks(BLOCK).map(|block| Mutex::new(block.to_vec())).collect();
         let conductivity_law = Box::new(ConstantConductivity);
         Group { name: name.into(), law, conductivity_law, states, particles }
     }
@@ -217,7 +222,7 @@ pub trait MaterialGroup: Send + Sync {
     fn update_aligned(
         &self,
         first: usize,
-        stresses: &mut [Sym3],
+        stresses: StressesMut,
         increments: &IncrementBlock,
         volumes: &[f64],
         room: &mut StressBlock,
@@ -238,7 +243,7 @@ pub trait MaterialGroup: Send + Sync {
     fn carry(&mut self, moves: MovesWithin);
 
     /// The largest compression and shear wave moduli in the group (Pa), for the stresses of its particles.
-    fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64);
+    fn wave_moduli(&self, stresses: &mut dyn Iterator<Item = Sym3>) -> (f64, f64);
 
     /// The memory of the histories (bytes).
     fn history_bytes(&self) -> usize;
@@ -287,16 +292,21 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
     fn update_aligned(
         &self,
         first: usize,
-        stresses: &mut [Sym3],
+        mut stresses: StressesMut,
         increments: &IncrementBlock,
         volumes: &[f64],
         room: &mut StressBlock,
     ) -> BlockOutcome {
         let mut states = self.block(first / BLOCK);
-        if L::FINITE_STRAIN {
-            return self.update_states(&mut states, stresses, |p| increments.at(p), volumes);
-        }
         let len = stresses.len();
+        if L::FINITE_STRAIN {
+            let mut whole = [Sym3::ZERO; BLOCK];
+            let whole = &mut whole[..len];
+            whole.iter_mut().enumerate().for_each(|(p, stress)| *stress = stresses.at(p));
+            let outcome = self.update_states(&mut states, whole, |p| increments.at(p), volumes);
+            whole.iter().enumerate().for_each(|(p, &stress)| stresses.set(p, stress));
+            return outcome;
+        }
         let (law, states, volumes) = (&self.law, &mut states[..len], &volumes[..len]);
         vectorized(
             #[inline(always)]
@@ -328,10 +338,10 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
         }
     }
 
-    fn wave_moduli(&self, stresses: &[Sym3]) -> (f64, f64) {
+    fn wave_moduli(&self, stresses: &mut dyn Iterator<Item = Sym3>) -> (f64, f64) {
         let mut moduli = (0.0_f64, 0.0_f64);
-        for (number, stresses) in stresses.chunks(BLOCK).enumerate() {
-            for (state, &stress) in self.block(number).iter().zip(stresses) {
+        for number in 0..self.states.len() {
+            for (state, stress) in self.block(number).iter().zip(&mut *stresses) {
                 moduli.0 = moduli.0.max(self.law.p_wave_modulus(stress, state));
                 moduli.1 = moduli.1.max(self.law.s_wave_modulus(stress, state));
             }
@@ -357,10 +367,11 @@ impl<L: ConstitutiveLaw> MaterialGroup for Group<L> {
 mod tests {
     use super::*;
     use crate::law::LinearElastic;
+    use crate::particles::Stresses;
     use crate::tensor::Vector;
 
     fn group() -> Group<LinearElastic> {
-        Group::new("soil", LinearElastic { young: 1e6, poisson: 0.25 }, 0..2, &[Sym3::ZERO; 2])
+        Group::new("soil", LinearElastic { young: 1e6, poisson: 0.25 }, 0..2, [Sym3::ZERO; 2])
     }
 
     #[test]
@@ -478,15 +489,18 @@ mod tests {
             }
             let increments: Vec<Increment> = (0..len).map(|p| block.at(p)).collect();
             let volumes: Vec<f64> = (0..len).map(|p| 1.0 + p as f64).collect();
-            let (plain, lanes) =
-                (Group::new("soil", law(), 0..len, &stresses), Group::new("soil", law(), 0..len, &stresses));
-            let (mut plain_stresses, mut lanes_stresses) = (stresses.clone(), stresses);
+            let (plain, lanes) = (
+                Group::new("soil", law(), 0..len, stresses.clone()),
+                Group::new("soil", law(), 0..len, stresses.clone()),
+            );
+            let mut lanes_stresses: Stresses = stresses.iter().copied().collect();
+            let mut plain_stresses = stresses;
             let expected = plain.update_block(0, &mut plain_stresses, &increments, &volumes);
-            let outcome = lanes.update_aligned(0, &mut lanes_stresses, &block, &volumes, &mut room);
+            let outcome = lanes.update_aligned(0, lanes_stresses.all_mut(), &block, &volumes, &mut room);
             let bits = |stresses: &[Sym3]| -> Vec<[u64; 6]> {
                 stresses.iter().map(|s| [s.xx, s.yy, s.zz, s.xy, s.yz, s.zx].map(f64::to_bits)).collect()
             };
-            assert_eq!(bits(&lanes_stresses), bits(&plain_stresses));
+            assert_eq!(bits(&lanes_stresses.iter().collect::<Vec<_>>()), bits(&plain_stresses));
             for p in (0..len).filter(|&p| p != 7) {
                 assert_eq!(lanes.state(p), plain.state(p));
             }
@@ -526,7 +540,7 @@ mod tests {
     fn what_a_law_was_asked_can_be_asked_again() {
         let (old, strain) = (Sym3::diagonal(-10.0, -20.0, -30.0), Sym3::diagonal(1e-3, 0.0, 2e-3));
         let increment = Increment { strain, spin: Vector::<3>::new(0.1, -0.2, 0.3), duration: 0.5 };
-        let group = Group::new("soil", Mute, 0..1, &[old]).with_history(7.0);
+        let group = Group::new("soil", Mute, 0..1, [old]).with_history(7.0);
         let failure = group.update_block(0, &mut [old], &[increment], &[1.0]).failure.unwrap();
         // Turned already: there is no spin left to ask about.
         let turned = old.rotated(&rotation(&increment.spin));

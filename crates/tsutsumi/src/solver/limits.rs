@@ -110,7 +110,7 @@ pub(super) fn step_limits<const D: usize>(parts: &Parts<D>, at: &StepView<D>) ->
     };
     for group in &parts.groups {
         let range = group.particles();
-        let (p_wave, s_wave) = group.wave_moduli(&particles.stress[range.clone()]);
+        let (p_wave, s_wave) = group.wave_moduli(&mut particles.stress.within(range.clone()));
         let density = range.clone().map(|p| particles.mass[p] / particles.volume[p]).fold(f64::INFINITY, f64::min);
         let wave_limit = |modulus: f64| spacing / (modulus / density).sqrt();
         // Boxes stretch or keep their first size, by the shape function.

@@ -9,9 +9,9 @@ use crate::damping::Damping;
 use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, LawFailure, MaterialGroup, StressBlock};
 use crate::parallel::{self, Pieces, vectorized};
-use crate::particles::{Follows, LocalMotion, Particles, Places};
+use crate::particles::{Follows, LocalMotion, Particles, Places, Stresses, StressesMut};
 use crate::pressure::StepView;
-use crate::tensor::{Matrix, Sym3, Vector, volume_ratio};
+use crate::tensor::{Matrix, Vector, volume_ratio};
 use crate::transfer::{GRAIN, GatheredBlock, Wanted};
 use crate::velocity::VelocityUpdate;
 
@@ -153,9 +153,9 @@ struct Piece<'a, const D: usize> {
     volume: &'a mut [f64],
     half_size: &'a mut [Vector<D>],
     half_size_at_start: &'a [Vector<D>],
-    stress: &'a mut [Sym3],
+    stress: StressesMut<'a>,
     /// The stress that the nodes feel; empty without damping.
-    felt: &'a mut [Sym3],
+    felt: StressesMut<'a>,
     porosity: &'a mut [f64],
     conductivity: &'a mut [f64],
     cell: &'a [u32],
@@ -165,8 +165,8 @@ struct Piece<'a, const D: usize> {
 
 impl<'a, const D: usize> Piece<'a, D> {
     /// The particles of a range, which is a group.
-    fn new(particles: &'a mut Particles<D>, felt: &'a mut [Sym3], range: Range<usize>) -> Self {
-        let felt = if felt.is_empty() { felt } else { &mut felt[range.clone()] };
+    fn new(particles: &'a mut Particles<D>, felt: &'a mut Stresses, range: Range<usize>) -> Self {
+        let felt = if felt.is_empty() { felt.all_mut() } else { felt.all_mut().part(range.clone()) };
         let local_motion = &mut particles.local_motion[..];
         let local_motion = if local_motion.is_empty() { local_motion } else { &mut local_motion[range.clone()] };
         let numbers = &particles.numbers[..];
@@ -178,7 +178,7 @@ impl<'a, const D: usize> Piece<'a, D> {
             volume: &mut particles.volume[range.clone()],
             half_size: &mut particles.half_size[range.clone()],
             half_size_at_start: &particles.half_size_at_start[range.clone()],
-            stress: &mut particles.stress[range.clone()],
+            stress: particles.stress.all_mut().part(range.clone()),
             felt,
             porosity: &mut particles.porosity[range.clone()],
             conductivity: &mut particles.conductivity[range.clone()],
@@ -204,8 +204,9 @@ impl<const D: usize> Pieces for Piece<'_, D> {
         let volume = self.volume.split_at_mut(at);
         let half_size = self.half_size.split_at_mut(at);
         let half_size_at_start = self.half_size_at_start.split_at(at);
-        let stress = self.stress.split_at_mut(at);
-        let felt = self.felt.split_at_mut(at.min(self.felt.len()));
+        let stress = self.stress.cut(at);
+        let without_damping = self.felt.is_empty();
+        let felt = self.felt.cut(if without_damping { 0 } else { at });
         let porosity = self.porosity.split_at_mut(at);
         let conductivity = self.conductivity.split_at_mut(at);
         let cell = self.cell.split_at(at);
@@ -317,12 +318,13 @@ impl<const D: usize> FollowStep<'_, D> {
             );
 
             // 9. Effective stresses by the constitutive law.
-            remember(block.felt, block.stress, increments);
-            outcome = self.group.update_aligned(block.first, block.stress, increments, block.volume, stresses);
+            remember(&mut block.felt, &block.stress, increments);
+            outcome =
+                self.group.update_aligned(block.first, block.stress.reborrow(), increments, block.volume, stresses);
             if let Some(failure) = &mut outcome.failure {
                 failure.particle = self.number(&block, failure.particle);
             }
-            resist(block.felt, block.stress, at.damping.stiffness / at.dt);
+            resist(&mut block.felt, &block.stress, at.damping.stiffness / at.dt);
 
             // 10. Volumes and pores.
             vectorized(

@@ -67,7 +67,7 @@ impl<X: Vectors, const D: usize, const FACES: usize> CornerSums<X, D, FACES> {
     fn add<const AROUND: bool>(&mut self, vectors: X, weights: &ChunkWeights, i: usize, from: &SourcesIn<D>, p: usize) {
         let face = FaceWeights::<X, D>::new(vectors, weights, i);
         let (mass, velocity) = (from.mass[p], from.velocity[p]);
-        let stress = from.stress[p].block::<D>(1.0);
+        let stress = from.stress(p);
         let minus_volume = Four::splat(vectors, -from.volume[p]);
         let force = face.gradient.map(|gradient| gradient * minus_volume);
         let force_by_z = face.value * minus_volume;

@@ -3,7 +3,6 @@ use super::corners::SpreadCorners;
 use super::rows::Row;
 use crate::lanes::{self, Kernel, Vectors};
 use crate::particles::{LocalMotion, Particles};
-use crate::tensor::Sym3;
 
 /// Adds the sums of Eqs. (5) and (10) over a chunk of particles to the nodes, a row of nodes at a time.
 ///
@@ -25,7 +24,9 @@ pub(super) struct Sources<'a> {
     mass: &'a [f64],
     velocity: &'a [f64],
     volume: &'a [f64],
-    stress: &'a [Sym3],
+    /// Components xx, yy, zz and xy, and yz and zx.
+    in_plane: &'a [[f64; 4]],
+    out_of_plane: &'a [[f64; 2]],
     /// What goes to the nodes besides the velocities, matrices column by column.
     local_motion: LocalMotion,
     motion: &'a [f64],
@@ -37,7 +38,8 @@ impl<'a> Sources<'a> {
             mass: &particles.mass,
             velocity: bytemuck::cast_slice(&particles.velocity),
             volume: &particles.volume,
-            stress: &particles.stress,
+            in_plane: particles.stress.in_plane(),
+            out_of_plane: particles.stress.out_of_plane(),
             local_motion,
             motion: bytemuck::cast_slice(&particles.local_motion),
         }
@@ -113,7 +115,8 @@ pub(super) struct SourcesIn<'a, const D: usize> {
     pub(super) mass: &'a [f64],
     pub(super) velocity: &'a [[f64; D]],
     pub(super) volume: &'a [f64],
-    pub(super) stress: &'a [Sym3],
+    in_plane: &'a [[f64; 4]],
+    out_of_plane: &'a [[f64; 2]],
     are_moments: bool,
     motion: &'a [[[f64; D]; D]],
 }
@@ -146,10 +149,21 @@ impl<'a, const D: usize> SourcesIn<'a, D> {
             mass: sources.mass,
             velocity: &sources.velocity.as_chunks().0[..len],
             volume: &sources.volume[..len],
-            stress: &sources.stress[..len],
+            in_plane: &sources.in_plane[..len],
+            out_of_plane: &sources.out_of_plane[..len],
             are_moments: sources.local_motion == LocalMotion::Moments,
             motion: sources.motion.as_chunks().0.as_chunks().0,
         }
+    }
+
+    /// The components in space of the stress of a particle (Pa).
+    #[inline(always)]
+    pub(super) fn stress(&self, p: usize) -> [[f64; D]; D] {
+        let [xx, yy, zz, xy] = self.in_plane[p];
+        // Out of the plane only where space is.
+        let [yz, zx] = if D > 2 { self.out_of_plane[p] } else { [0.0; 2] };
+        let rows = [[xx, xy, zx], [xy, yy, yz], [zx, yz, zz]];
+        std::array::from_fn(|i| std::array::from_fn(|j| rows[i][j]))
     }
 
     /// M_p times the gradient of the motion around a particle (kg/s), column by column.
@@ -177,13 +191,13 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     #[inline(always)]
     fn new(vectors: X, weights: &ChunkWeights, i: usize, from: &SourcesIn<D>, p: usize) -> Self {
         let (mass, velocity) = (from.mass[p], from.velocity[p]);
-        let stress = from.stress[p].block::<D>(-from.volume[p]);
+        let (stress, volume) = (from.stress(p), from.volume[p]);
         let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
         let gradient = Row::of_nodes(vectors, D, |k| weights.gradient(0, k, i));
         let momentum = Row::of_components::<D>(vectors, std::array::from_fn(|i| velocity[i] * mass));
         let mut force = [Row::zeros(vectors); D];
         for j in 0..D {
-            let column = Row::of_components::<D>(vectors, std::array::from_fn(|i| stress[i][j]));
+            let column = Row::of_components::<D>(vectors, std::array::from_fn(|i| stress[i][j] * -volume));
             force[j] = column * if j == 0 { gradient } else { value };
         }
         let mass = Row::of_nodes(vectors, 1, |k| weights.value(0, k, i)) * mass;
