@@ -140,6 +140,26 @@ pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     work()
 }
 
+/// Loops over fewer particles need not ask for anything: caches hold them. With twice as many, asking makes a step a tenth to a seventh faster, with
+/// half as many slower by some per cent.
+pub(crate) const FAR: usize = 250_000;
+
+/// Asks the memory for some values, as far as there are so many, that will be needed soon: they come while other work is done.
+///
+/// A thread can wait for some dozen lines of memory at a time. It pays to ask for a few arrays here and a few there, not for all at once.
+#[inline(always)]
+pub(crate) fn fetch<T: bytemuck::NoUninit>(values: &[T], range: Range<usize>) {
+    const LINE: usize = 64;
+    let end = range.end.min(values.len());
+    let bytes: &[u8] = bytemuck::cast_slice(&values[range.start.min(end)..end]);
+    for line in bytes.as_chunks::<LINE>().0 {
+        #[cfg(target_arch = "x86_64")]
+        safe_arch::prefetch_t1(line);
+        #[cfg(not(target_arch = "x86_64"))]
+        let _ = line;
+    }
+}
+
 /// Runs work of many loops on a thread of the pool: from outside, every single loop would change threads there and back.
 pub(crate) fn within_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     match rayon::current_thread_index() {

@@ -16,7 +16,7 @@ use std::ops::Range;
 
 use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::law::BLOCK;
-use crate::parallel;
+use crate::parallel::{self, FAR, fetch};
 use crate::particles::{LocalMotion, Particles, Places};
 use crate::shape::{CellOnAxis, ShapeFunction};
 use crate::tensor::{Matrix, Vector};
@@ -340,6 +340,18 @@ fn consecutive(numbers: &[u32]) -> Option<Range<usize>> {
     (gaps == 0).then(|| first as usize..first as usize + numbers.len())
 }
 
+/// Where the next chunk stands, if its particles are near each other in memory: worth asking for.
+#[inline(always)]
+fn standing_together(listed: &[u32]) -> Range<usize> {
+    let next = &listed[..listed.len().min(CHUNK)];
+    match (next.first(), next.last()) {
+        (Some(&first), Some(&last)) if (first..first + 2 * CHUNK as u32).contains(&last) => {
+            first as usize..last as usize + 1
+        }
+        _ => 0..0,
+    }
+}
+
 /// Adds N_I A (x_I − X_p) of a point to the nodes from number `first` on; A stands column by column.
 #[inline(always)]
 fn add_affine<S: ShapeFunction, const D: usize>(
@@ -405,10 +417,15 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
             LocalMotion::Gradient => Further::Moments,
             LocalMotion::Moments => Further::MomentsAndSpreads,
         };
+        let is_far = particles.len() >= FAR;
         let sources = Sources::new(particles, local_motion);
         Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
             with_weights(|weights| {
-                for numbers in active.particles_in(slots).chunks(CHUNK) {
+                let listed = active.particles_in(slots);
+                for (place, numbers) in (0..).step_by(CHUNK).zip(listed.chunks(CHUNK)) {
+                    let next = if is_far { standing_together(&listed[(place + numbers.len())..]) } else { 0..0 };
+                    fetch(&particles.position, next.clone());
+                    fetch(&particles.velocity, next.clone());
                     match consecutive(numbers) {
                         Some(range) => weights.find(self, grid, particles.places(), further, range),
                         None => {
@@ -416,6 +433,9 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
                             weights.find(self, grid, particles.places(), further, particles_of_chunk);
                         }
                     }
+                    fetch(&particles.mass, next.clone());
+                    fetch(&particles.volume, next.clone());
+                    particles.stress.fetch(next);
                     let nodes = NodeNumbers {
                         first: nodes.first,
                         mass: &mut *nodes.mass,

@@ -7,7 +7,7 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::order::{Follows, Moves};
 use crate::grid::vec_bytes;
-use crate::parallel::Pieces;
+use crate::parallel::{Pieces, fetch};
 use crate::tensor::Sym3;
 
 /// The stresses of many particles (Pa).
@@ -58,6 +58,13 @@ impl Stresses {
     /// The stresses of the particles at these places.
     pub fn within(&self, places: Range<usize>) -> impl Iterator<Item = Sym3> + '_ {
         places.map(|place| self.at(place))
+    }
+
+    /// Asks the memory for some stresses.
+    #[inline(always)]
+    pub(crate) fn fetch(&self, range: Range<usize>) {
+        let Stresses { in_plane, out_of_plane, leave_plane } = self;
+        fetch_both(in_plane, out_of_plane, leave_plane, range);
     }
 
     /// Components xx, yy, zz and xy of all particles.
@@ -187,6 +194,13 @@ impl<'a> StressesMut<'a> {
             || self.out_of_plane.iter().fold(0, |bits, [yz, zx]| bits | yz.to_bits() | zx.to_bits()) == 0
     }
 
+    /// Asks the memory for some of these stresses.
+    #[inline(always)]
+    pub(crate) fn fetch(&self, range: Range<usize>) {
+        let StressesMut { in_plane, out_of_plane, leave_plane } = self;
+        fetch_both(in_plane, out_of_plane, leave_plane, range);
+    }
+
     /// Components xx, yy, zz and xy.
     #[inline(always)]
     pub(crate) fn in_plane(&mut self) -> &mut [[f64; 4]] {
@@ -227,6 +241,14 @@ impl Pieces for StressesMut<'_> {
         let (in_plane, out_of_plane) = (in_plane.split_at_mut(at), out_of_plane.split_at_mut(at));
         let piece = |in_plane, out_of_plane| StressesMut { in_plane, out_of_plane, leave_plane };
         (piece(in_plane.0, out_of_plane.0), piece(in_plane.1, out_of_plane.1))
+    }
+}
+
+#[inline(always)]
+fn fetch_both(in_plane: &[[f64; 4]], out_of_plane: &[[f64; 2]], leave_plane: &AtomicBool, range: Range<usize>) {
+    fetch(in_plane, range.clone());
+    if leave_plane.load(Ordering::Relaxed) {
+        fetch(out_of_plane, range);
     }
 }
 

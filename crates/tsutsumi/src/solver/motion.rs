@@ -8,7 +8,7 @@ use crate::boundary::Boundary;
 use crate::damping::Damping;
 use crate::grid::{ActiveSet, Grid, NodeFields};
 use crate::law::{BLOCK, BlockOutcome, IncrementBlock, LANES, LawFailure, MaterialGroup, StressBlock};
-use crate::parallel::{self, Pieces, vectorized};
+use crate::parallel::{self, FAR, Pieces, fetch, vectorized};
 use crate::particles::{Follows, LocalMotion, Particles, Places, Stresses, StressesMut};
 use crate::pressure::StepView;
 use crate::tensor::{Matrix, Vector, volume_ratio};
@@ -106,8 +106,18 @@ impl<const D: usize> Motion<D> {
         let mut failure = None;
         for group in groups {
             let (dilation, has_pores) = (&self.dilation, self.has_pores);
-            let step =
-                FollowStep { pass, at, nodes, strained_by, dilation, has_pores, group: &**group, velocity_update };
+            let ahead = if at.active.particles().len() < FAR { 0 } else { BLOCK };
+            let step = FollowStep {
+                pass,
+                at,
+                nodes,
+                strained_by,
+                dilation,
+                has_pores,
+                ahead,
+                group: &**group,
+                velocity_update,
+            };
             let piece = Piece::new(particles, self.viscosity.felt(), group.particles());
             let outcome = parallel::fold(piece, GRAIN, &|piece| step.follow(piece), &BlockOutcome::and);
             self.strain_energy += outcome.work;
@@ -254,6 +264,8 @@ struct FollowStep<'a, const D: usize> {
     strained_by: Option<&'a [Vector<D>]>,
     dilation: &'a Dilation,
     has_pores: bool,
+    /// So many particles of the next block are asked for.
+    ahead: usize,
     group: &'a dyn MaterialGroup,
     velocity_update: &'a dyn VelocityUpdate<D>,
 }
@@ -269,7 +281,7 @@ impl<const D: usize> FollowStep<'_, D> {
         while !rest.position.is_empty() {
             let len = rest.count().min(BLOCK);
             let (block, after) = rest.cut(len);
-            let of_block = self.follow_block(block, &mut at_particles, &mut increments, &mut stresses);
+            let of_block = self.follow_block(block, &after, &mut at_particles, &mut increments, &mut stresses);
             outcome = outcome.and(of_block);
             rest = after;
         }
@@ -286,13 +298,16 @@ impl<const D: usize> FollowStep<'_, D> {
     fn follow_block(
         &self,
         mut block: Piece<D>,
+        next: &Piece<D>,
         at_particles: &mut GatheredBlock<D>,
         increments: &mut IncrementBlock,
         stresses: &mut StressBlock,
     ) -> BlockOutcome {
-        let &FollowStep { pass, at, nodes, .. } = self;
+        let &FollowStep { pass, at, nodes, ahead, .. } = self;
         let mut outcome = BlockOutcome::default();
         let gathers = pass.velocity || pass.position;
+        // The fields of the next block come a few at a time, each long before it is needed.
+        fetch(next.position, 0..ahead);
         if gathers {
             let wanted = Wanted {
                 acceleration: self.velocity_update.needs_acceleration(),
@@ -310,6 +325,8 @@ impl<const D: usize> FollowStep<'_, D> {
                 at.transfer.gather_gradients(at.grid, field, block.places(), at_particles);
             }
 
+            next.stress.fetch(0..ahead);
+
             // 8. Strain increments.
             self.dilation.impose(block.cell, at_particles);
             vectorized(
@@ -326,6 +343,9 @@ impl<const D: usize> FollowStep<'_, D> {
             }
             resist(&mut block.felt, &block.stress, at.damping.stiffness / at.dt);
 
+            fetch(next.volume, 0..ahead);
+            fetch(next.half_size, 0..ahead);
+
             // 10. Volumes and pores.
             vectorized(
                 #[inline(always)]
@@ -334,6 +354,7 @@ impl<const D: usize> FollowStep<'_, D> {
         }
         // 10. Velocities of the particles, with a_I (MPM①) or v_I^L (MPM②), and positions.
         if pass.velocity {
+            fetch(next.velocity, 0..ahead);
             self.velocity_update.update_block(block.velocity, at_particles, at.dt);
         }
         if pass.position {
