@@ -1,8 +1,7 @@
-//! The entries of L + K_vᵀ (c/M) K_v, cell by cell.
+//! The entries of L + C + K_vᵀ (c/M) K_v, cell by cell.
 
 use std::ops::Range;
 
-use super::coupled::FaceFlow;
 use super::lattice::{Lattice, NO_CELL, Offset, Place};
 use super::stencil_matrix::{Columns, GRAIN, StencilMatrix};
 use crate::parallel;
@@ -14,44 +13,42 @@ pub(super) struct Parts<'a, const D: usize> {
     pub(super) lattice: &'a Lattice,
     /// The number of the cell at every site, [`NO_CELL`] where there is none.
     pub(super) cell_of_site: &'a [u32],
-    /// The numbers along the axes of the first node of every cell's stencil, and its number.
-    pub(super) corners: &'a [(Place, u32)],
+    /// The numbers along the axes of the first node of every cell's stencil.
+    pub(super) corners: &'a [Place],
+    /// The number of this node.
+    pub(super) first_nodes: &'a [u32],
     /// Distance of neighbouring nodes in their numbering.
     pub(super) strides: [usize; D],
     /// K_v of every cell, one stencil after the other.
     pub(super) divergence: &'a [Vector<D>],
     /// c/m of every node.
     pub(super) compliance: &'a [Vector<D>],
-    /// The faces between every cell and the one above it, per axis, with a row of closed ones behind them.
-    pub(super) upper_faces: &'a [[FaceFlow; D]],
+    /// Storage C of every cell.
+    pub(super) storage: &'a [f64],
+    /// Conductances of the faces between every cell and the one above it, per axis, with a row of closed ones behind them.
+    pub(super) conductance: &'a [Vector<D>],
     /// Whose upper faces the lower ones of every cell are.
     pub(super) below: &'a [[u32; D]],
 }
 
-/// Replaces the entries of a matrix by those of L + K_vᵀ (c/M) K_v, plus `own` of each cell on the diagonal, for stencils of `width` nodes per axis.
-pub(super) fn assemble<const D: usize>(
-    parts: Parts<D>,
-    width: usize,
-    own: impl Fn(usize) -> f64 + Sync,
-    matrix: &mut StencilMatrix<f64>,
-) {
+/// Replaces the entries of a matrix by those of L + C + K_vᵀ (c/M) K_v, for stencils of `width` nodes per axis.
+pub(super) fn assemble<const D: usize>(parts: Parts<D>, width: usize, matrix: &mut StencilMatrix<f64>) {
     // Nodes per stencil, entries per row.
     match (D, width) {
-        (1, 2) => fill::<D, 2, 2, 2>(parts, own, matrix),
-        (1, 3) => fill::<D, 3, 3, 3>(parts, own, matrix),
-        (1, _) => fill::<D, 4, 4, 4>(parts, own, matrix),
-        (2, 2) => fill::<D, 2, 4, 5>(parts, own, matrix),
-        (2, 3) => fill::<D, 3, 9, 13>(parts, own, matrix),
-        (2, _) => fill::<D, 4, 16, 25>(parts, own, matrix),
-        (_, 2) => fill::<D, 2, 8, 14>(parts, own, matrix),
-        (_, 3) => fill::<D, 3, 27, 63>(parts, own, matrix),
-        (_, _) => fill::<D, 4, 64, 172>(parts, own, matrix),
+        (1, 2) => fill::<D, 2, 2, 2>(parts, matrix),
+        (1, 3) => fill::<D, 3, 3, 3>(parts, matrix),
+        (1, _) => fill::<D, 4, 4, 4>(parts, matrix),
+        (2, 2) => fill::<D, 2, 4, 5>(parts, matrix),
+        (2, 3) => fill::<D, 3, 9, 13>(parts, matrix),
+        (2, _) => fill::<D, 4, 16, 25>(parts, matrix),
+        (_, 2) => fill::<D, 2, 8, 14>(parts, matrix),
+        (_, 3) => fill::<D, 3, 27, 63>(parts, matrix),
+        (_, _) => fill::<D, 4, 64, 172>(parts, matrix),
     }
 }
 
 fn fill<const D: usize, const W: usize, const L: usize, const N: usize>(
     parts: Parts<D>,
-    own: impl Fn(usize) -> f64 + Sync,
     matrix: &mut StencilMatrix<f64>,
 ) {
     let num_sites = parts.lattice.num_sites();
@@ -76,7 +73,7 @@ fn fill<const D: usize, const W: usize, const L: usize, const N: usize>(
                 let of_cell = &parts.divergence[cell * L..][..L];
                 let place = site - sites.start;
                 let energy: f64 = pushed.iter().zip(of_cell).map(|(a, b)| a.dot(b)).sum();
-                columns[N - 1][place] = own(cell) + energy + parts.drag(cell);
+                columns[N - 1][place] = parts.storage[cell] + energy + parts.drag(cell);
                 let neighbor = |number: usize| parts.cell_of_site[site.wrapping_add_signed(ahead[number])];
                 if (D, W) == (2, 2) {
                     let entries = parts.entries_in_plane(std::array::from_fn(neighbor), &pushed);
@@ -89,8 +86,8 @@ fn fill<const D: usize, const W: usize, const L: usize, const N: usize>(
                         };
                     }
                 }
-                for (&along, face) in along.iter().zip(&parts.upper_faces[cell]) {
-                    columns[along][place] -= face.conductance;
+                for (&along, conductance) in along.iter().zip(&parts.conductance[cell]) {
+                    columns[along][place] -= conductance;
                 }
             }
         });
@@ -102,11 +99,10 @@ impl<const D: usize> Parts<'_, D> {
     /// (c/M) K_v of one cell.
     #[inline(always)]
     fn push<const W: usize, const L: usize>(&self, cell: usize) -> [Vector<D>; L] {
-        let (_, first) = self.corners[cell];
         let of_cell = &self.divergence[cell * L..][..L];
         std::array::from_fn(|local| {
             let mut rest = local;
-            let mut node = first as usize;
+            let mut node = self.first_nodes[cell] as usize;
             for stride in self.strides {
                 node += rest % W * stride;
                 rest /= W;
@@ -133,7 +129,7 @@ impl<const D: usize> Parts<'_, D> {
     fn drag(&self, cell: usize) -> f64 {
         let of_axis = |axis: usize| {
             let below = self.below[cell][axis] as usize;
-            self.upper_faces[cell][axis].conductance + self.upper_faces[below][axis].conductance
+            self.conductance[cell][axis] + self.conductance[below][axis]
         };
         (0..D).map(of_axis).sum()
     }
@@ -151,7 +147,7 @@ impl<const D: usize> Parts<'_, D> {
         let apart: Place = std::array::from_fn(|axis| match W {
             _ if axis >= D => 0,
             2 => offset.to[axis],
-            _ => self.corners[other].0[axis] - self.corners[cell].0[axis],
+            _ => self.corners[other][axis] - self.corners[cell][axis],
         });
         let of_other = &self.divergence[other * L..][..L];
         let shared = |axis: usize| {

@@ -33,6 +33,10 @@ pub(super) struct ConjugateGradient {
     product: Vec<f64>,
 }
 
+/// Values in single precision, over or times √A_ii, with 1/√A_ii.
+type Scaled<'a> = (&'a [f32], &'a [f32]);
+type ScaledMut<'a> = (&'a mut [f32], &'a [f32]);
+
 /// Why the iteration stopped without an answer.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) enum Breakdown {
@@ -89,24 +93,27 @@ impl ConjugateGradient {
         }
         self.direction.fill(0.0);
         let mut energies = Energies::default();
+        self.scale_residual(preconditioner, scale);
         let mut of_residual = self.precondition(system.lattice, preconditioner, scale);
-        let mut conjugation = 0.0;
+        // x moves along a direction when the next one is found: that array is read once for both.
+        let (mut step, mut conjugation) = (0.0, 0.0);
         for iteration in 1..=MOST_ITERATIONS {
-            self.turn(preconditioner, scale, conjugation);
+            self.turn(preconditioner, scale, [step, conjugation], x);
             let curvature = system.multiply(&self.direction, &mut self.product);
             if curvature <= 0.0 {
                 let quotient = curvature / dot(&self.direction, &self.direction);
                 return Err(Breakdown::Indefinite { site: largest(&self.direction), quotient });
             }
-            let step = of_residual / curvature;
-            self.advance(step, x);
+            step = of_residual / curvature;
             if energies.are_settled(step * of_residual) {
+                self.advance(step, x);
                 return Ok(iteration);
             }
+            scale = of_residual.sqrt();
+            self.reduce(preconditioner, step, scale);
             if !step.is_finite() {
                 return Err(self.not_converged(iteration, right));
             }
-            scale = of_residual.sqrt();
             let next = self.precondition(system.lattice, preconditioner, scale);
             conjugation = next / of_residual;
             of_residual = next;
@@ -134,19 +141,38 @@ impl ConjugateGradient {
         if of_residual <= ROUNDING * ROUNDING * of_right { 0.0 } else { of_residual.sqrt() }
     }
 
-    /// Applies the preconditioner to the residual over `scale`, which keeps single precision in its range; returns rᵀB r.
-    fn precondition(&self, lattice: &Lattice, preconditioner: &mut Multigrid, scale: f64) -> f64 {
-        let (right, inverse_root) = preconditioner.right_mut();
+    /// The residual over `scale`, which keeps single precision in its range, to the preconditioner.
+    fn scale_residual(&self, preconditioner: &mut Multigrid, scale: f64) {
         let per_scale = 1.0 / scale;
-        let work = |(right, sites): (&mut [f32], Range<usize>)| {
-            let residual = &self.residual[sites.clone()];
+        let work = |(right, inverse_root, residual): (&mut [f32], &[f32], &[f64])| {
             parallel::vectorized(|| {
-                for ((b, r), inverse) in right.iter_mut().zip(residual).zip(&inverse_root[sites]) {
+                for ((b, inverse), r) in right.iter_mut().zip(inverse_root).zip(residual) {
                     *b = (r * f64::from(*inverse) * per_scale) as f32;
                 }
             });
         };
-        parallel::for_each((right, 0..self.residual.len()), GRAIN, &work);
+        let (right, inverse_root) = preconditioner.right_mut();
+        parallel::for_each((right, inverse_root, &self.residual[..]), GRAIN, &work);
+    }
+
+    /// r ← r − α A p, and over `scale` to the preconditioner.
+    fn reduce(&mut self, preconditioner: &mut Multigrid, step: f64, scale: f64) {
+        let per_scale = 1.0 / scale;
+        let work = |((right, inverse_root), (residual, product)): (ScaledMut, (&mut [f64], &[f64]))| {
+            parallel::vectorized(|| {
+                let residuals = residual.iter_mut().zip(product);
+                for ((b, inverse), (r, product)) in right.iter_mut().zip(inverse_root).zip(residuals) {
+                    *r -= step * product;
+                    *b = (*r * f64::from(*inverse) * per_scale) as f32;
+                }
+            });
+        };
+        let of_residual = (&mut self.residual[..], &self.product[..]);
+        parallel::for_each((preconditioner.right_mut(), of_residual), GRAIN, &work);
+    }
+
+    /// Applies the preconditioner to the residual over `scale`; returns rᵀB r.
+    fn precondition(&self, lattice: &Lattice, preconditioner: &mut Multigrid, scale: f64) -> f64 {
         preconditioner.cycle(lattice);
         let (solution, inverse_root) = preconditioner.solution();
         let work = |(residual, solution, inverse_root): (&[f64], &[f32], &[f32])| -> f64 {
@@ -155,32 +181,26 @@ impl ConjugateGradient {
         scale * parallel::sum((&self.residual[..], solution, inverse_root), GRAIN, &work)
     }
 
-    /// The next direction: p ← B r + β p; `p` is zero before the first one.
-    fn turn(&mut self, preconditioner: &Multigrid, scale: f64, conjugation: f64) {
-        let (solution, inverse_root) = preconditioner.solution();
-        let work = |(direction, solution, inverse_root): (&mut [f64], &[f32], &[f32])| {
+    /// x ← x + α p, and the next direction: p ← B r + β p, with `[α, β]`; `p` is zero before the first one.
+    fn turn(&mut self, preconditioner: &Multigrid, scale: f64, [step, conjugation]: [f64; 2], x: &mut [f64]) {
+        let work = |((x, direction), (solution, inverse_root)): ((&mut [f64], &mut [f64]), Scaled)| {
             parallel::vectorized(|| {
-                for ((p, z), inverse) in direction.iter_mut().zip(solution).zip(inverse_root) {
+                let preconditioned = solution.iter().zip(inverse_root);
+                for ((x, p), (z, inverse)) in x.iter_mut().zip(direction).zip(preconditioned) {
+                    *x += step * *p;
                     *p = scale * f64::from(*z) * f64::from(*inverse) + conjugation * *p;
                 }
             });
         };
-        parallel::for_each((&mut self.direction[..], solution, inverse_root), GRAIN, &work);
+        parallel::for_each(((x, &mut self.direction[..]), preconditioner.solution()), GRAIN, &work);
     }
 
-    /// x ← x + α p, r ← r − α A p.
-    fn advance(&mut self, step: f64, x: &mut [f64]) {
-        let (direction, product) = (&self.direction, &self.product);
-        let work = |(x, residual, sites): (&mut [f64], &mut [f64], Range<usize>)| {
-            parallel::vectorized(|| {
-                let along = direction[sites.clone()].iter().zip(&product[sites]);
-                for ((x, r), (p, product)) in x.iter_mut().zip(residual).zip(along) {
-                    *x += step * p;
-                    *r -= step * product;
-                }
-            });
+    /// x ← x + α p.
+    fn advance(&self, step: f64, x: &mut [f64]) {
+        let work = |(x, direction): (&mut [f64], &[f64])| {
+            parallel::vectorized(|| x.iter_mut().zip(direction).for_each(|(x, p)| *x += step * p));
         };
-        parallel::for_each((x, &mut self.residual[..], 0..direction.len()), GRAIN, &work);
+        parallel::for_each((x, &self.direction[..]), GRAIN, &work);
     }
 
     fn not_converged(&self, iterations: usize, right: &[f64]) -> Breakdown {
@@ -268,6 +288,7 @@ mod tests {
     use proptest::prelude::*;
 
     use super::super::multigrid::{BadDiagonal, MOST_DIRECT};
+    use super::super::stencil_matrix::STRIP;
     use super::*;
     use crate::pressure::lattice::Place;
 
@@ -386,7 +407,10 @@ mod tests {
         let mut sums = vec![0.0; lattice.num_sites()];
         for (number, run) in lattice.runs().iter().enumerate() {
             let sites = run.site..run.site + run.len;
-            matrix.sum_rows(lattice, number, sites.clone(), 0, &mut sums[sites]);
+            let mut rows = [[0.0; STRIP]];
+            matrix.sum_rows(lattice, number, sites.clone(), [0], &mut rows);
+            let len = sites.len();
+            sums[sites].copy_from_slice(&rows[0][..len]);
         }
         for place in places {
             let site = lattice.site(*place).unwrap();

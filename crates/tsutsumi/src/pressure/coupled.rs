@@ -9,7 +9,7 @@ use super::stencil_matrix::GRAIN;
 use super::tied::TiedCells;
 use super::wide_system::{Contributions, WideSystem};
 use super::{PressureError, PressureReport, PressureScheme, StepView};
-use crate::grid::{CellFields, NodeFields, Side, SideSet};
+use crate::grid::{CellFields, NodeFields, Side};
 use crate::parallel;
 use crate::particles::Particles;
 use crate::tensor::Vector;
@@ -82,17 +82,21 @@ pub struct Coupled<const D: usize> {
     /// K_v of every active cell, one stencil after the other.
     divergence: Vec<Vector<D>>,
     boxes: Vec<FilledBox<D>>,
-    cells: Vec<CellCoefficients>,
+    /// Storage C of each active cell (m³/s per Pa).
+    storage: Vec<f64>,
+    /// Conductivity k of each active cell (m/s), mean by volume.
+    conductivity: Vec<f64>,
+    /// Pressure of the particles in each active cell (Pa), mean by volume.
+    pressure: Vec<f64>,
     /// The volume of the particles in each active cell (m³).
     volumes: Vec<f64>,
-    /// d/(k b) from the centre of each active cell to its sides, per axis: the inverse of T (s/m²; 2-D: s/m, 1-D: s).
-    resistances: Vec<Vector<D>>,
-    /// The faces between each active cell and the one above it, per axis; behind them a row of closed ones, for cells that have none below.
-    upper_faces: Vec<[FaceFlow; D]>,
+    /// Conductance T/γ_w of the face between each active cell and the one above it, per axis ((m³/s)/Pa); zero where there is none, and in
+    /// a row behind them, for cells that have none below.
+    conductance: Vec<Vector<D>>,
+    /// The flow under gravity q_g through these faces, upwards (m³/s).
+    gravity_flow: Vec<Vector<D>>,
     /// Slot, conductance and gravity flow of every drained side.
     drains: Vec<(u32, f64, f64)>,
-    /// c = γΔt − k/g of every node of the grid, per axis (s).
-    relaxation: Vec<Vector<D>>,
     /// c / m of every node of the grid, per axis; zero where the node is held or tied (s/kg).
     compliance: Vec<Vector<D>>,
     ties: Vec<TiedCells>,
@@ -104,28 +108,6 @@ pub struct Coupled<const D: usize> {
     /// Values by row, for the direct solver.
     rows: Vec<f64>,
     nodal: Vec<Vector<D>>,
-}
-
-/// What flows through a face between two cells. A closed one lets nothing through.
-#[derive(Debug, Clone, Copy, Default)]
-pub(super) struct FaceFlow {
-    /// Conductance T/γ_w ((m³/s)/Pa).
-    pub(super) conductance: f64,
-    /// The flow under gravity q_g, from the lower cell to the upper one (m³/s).
-    pub(super) gravity: f64,
-}
-
-/// What one active cell contributes.
-#[derive(Debug, Clone, Copy, Default)]
-struct CellCoefficients {
-    /// Storage C (m³/s per Pa).
-    storage: f64,
-    /// Conductivity k (m/s), mean by volume.
-    conductivity: f64,
-    /// Pressure of the particles (Pa), mean by volume.
-    pressure: f64,
-    /// The sides on which a particle inside drains.
-    drained: SideSet,
 }
 
 /// Who neighbours whom: rebuilt when the active set changes.
@@ -184,12 +166,13 @@ impl<const D: usize> Coupled<D> {
             topology: Topology { widest_direct: DIRECT_MEAN_SQUARE_WIDTH, ..Topology::default() },
             divergence: Vec::new(),
             boxes: Vec::new(),
-            cells: Vec::new(),
+            storage: Vec::new(),
+            conductivity: Vec::new(),
+            pressure: Vec::new(),
             volumes: Vec::new(),
-            resistances: Vec::new(),
-            upper_faces: Vec::new(),
+            conductance: Vec::new(),
+            gravity_flow: Vec::new(),
             drains: Vec::new(),
-            relaxation: Vec::new(),
             compliance: Vec::new(),
             ties: Vec::new(),
             checkerboard: Checkerboard::default(),
@@ -250,7 +233,7 @@ impl<const D: usize> Coupled<D> {
                 at.transfer.divergence_of_cell(at.grid, cell as usize, of_cell);
             }
         }
-        for nodal in [&mut self.relaxation, &mut self.compliance, &mut self.nodal] {
+        for nodal in [&mut self.compliance, &mut self.nodal] {
             nodal.resize(at.grid.num_nodes(), Vector::zeros());
         }
         for work in [&mut self.right, &mut self.solution, &mut self.rows] {
@@ -258,10 +241,10 @@ impl<const D: usize> Coupled<D> {
         }
         // Capacity for the most that so many cells can need, so that later steps do not allocate.
         fill_boxes(at, &mut self.boxes);
-        self.resistances.clear();
-        self.resistances.resize(size, Vector::zeros());
-        self.upper_faces.clear();
-        self.upper_faces.resize(size + 1, [FaceFlow::default(); D]);
+        for of_faces in [&mut self.conductance, &mut self.gravity_flow] {
+            of_faces.clear();
+            of_faces.resize(size + 1, Vector::zeros());
+        }
         self.drains.clear();
         self.drains.reserve(2 * D * size);
         if self.topology.direct {
@@ -286,7 +269,8 @@ impl<const D: usize> Coupled<D> {
             at.transfer.divergence_of_particles(at.grid, at.active, particles, &mut self.divergence);
         }
         self.measure_faces(at);
-        self.checkerboard.measure(|slot| self.cells[slot].storage);
+        self.measure_drains(at, particles);
+        self.checkerboard.measure(|slot| self.storage[slot]);
         self.relax_nodes(at, nodes);
         match self.topology.direct {
             true => self.factorize(at)?,
@@ -306,100 +290,116 @@ impl<const D: usize> Coupled<D> {
         Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })
     }
 
-    /// Volume, storage, conductivity, pressure and drained sides of the active cells, from their particles. The solution starts from these pressures.
+    /// Volume, storage, conductivity and pressure of the active cells, from their particles. The solution starts from these pressures.
     fn sum_particles(&mut self, at: &StepView<D>, particles: &Particles<D>) {
-        let Coupled { cells, volumes, solution, .. } = self;
+        let Coupled { volumes, storage, conductivity, pressure, solution, .. } = self;
         let size = at.active.cells().len();
-        cells.resize(size, CellCoefficients::default());
-        volumes.resize(size, 0.0);
-        solution.resize(size, 0.0);
+        for of_cells in [&mut *volumes, storage, conductivity, pressure, solution] {
+            of_cells.resize(size, 0.0);
+        }
         let per_volume = 1.0 / (self.fluid.bulk_modulus * at.dt);
         let whole = (self.quadrature == Quadrature::Cell).then(|| at.grid.cell_volume());
-        let work = |((cells, volumes), (pressures, slots)): CellPieces| {
-            for (((cell, volume), pressure), slot) in cells.iter_mut().zip(volumes).zip(pressures).zip(slots) {
+        let work = |((volumes, storage, conductivity), (pressure, solution), slots): CellPieces| {
+            let means = storage.iter_mut().zip(conductivity).zip(pressure.iter_mut().zip(solution));
+            for ((volume, ((storage, conductivity), (pressure, solution))), slot) in
+                volumes.iter_mut().zip(means).zip(slots)
+            {
                 let sums = CellSums::of_particles(particles, at.active.particles_of(slot));
-                *cell = sums.coefficients(per_volume, whole);
-                (*volume, *pressure) = (sums.volume, cell.pressure);
+                let filled = whole.map_or(1.0, |whole| whole / sums.volume);
+                *volume = sums.volume;
+                *storage = sums.pores * filled * per_volume;
+                *conductivity = sums.conductivity / sums.volume;
+                *pressure = sums.pressure / sums.volume;
+                *solution = *pressure;
             }
         };
-        parallel::for_each(((&mut cells[..], &mut volumes[..]), (&mut solution[..], 0..size)), GRAIN, &work);
+        let pieces = (
+            (&mut volumes[..], &mut storage[..], &mut conductivity[..]),
+            (&mut pressure[..], &mut solution[..]),
+            0..size,
+        );
+        parallel::for_each(pieces, GRAIN, &work);
     }
 
-    /// Conductances of inner faces and drained sides, with the flow that gravity drives through them.
+    /// Conductances of inner faces, with the flow that gravity drives through them.
     ///
     /// # Equation
     ///
     /// ```text
-    /// T = 1 / (d_1/(k_1 b_1) + d_2/(k_2 b_2))        α'_i of Eq. (9), undivided: T_i / γ_w
+    /// T = 1 / (d_1/(k_1 b_1) + d_2/(k_2 b_2)) = k_1 b_1 k_2 b_2 / (d_1 k_2 b_2 + d_2 k_1 b_1)        α'_i of Eq. (9), undivided: T_i / γ_w
     /// ```
     ///
     /// `d` is the distance from a cell's centre to the face (m), `b` the wetted area on its side (m²).
     fn measure_faces(&mut self, at: &StepView<D>) {
         let weight = at.gravity * self.fluid.density;
-        let Coupled { boxes, cells, resistances, upper_faces, topology, fluid, .. } = self;
+        let Coupled { boxes, conductivity, conductance, gravity_flow, topology, fluid, .. } = self;
         let size = boxes.len();
-        let work = |(resistances, slots): (&mut [Vector<D>], Range<usize>)| {
-            for (resistance, slot) in resistances.iter_mut().zip(slots) {
-                let (filled, conductivity) = (&boxes[slot], cells[slot].conductivity);
-                *resistance =
-                    Vector::from_fn(|axis, _| filled.half_extent(axis) / (conductivity * filled.side_area(axis)));
-            }
-        };
-        parallel::for_each((&mut resistances[..], 0..size), GRAIN, &work);
-        let work = |(faces, slots): (&mut [[FaceFlow; D]], Range<usize>)| {
-            for (faces, slot) in faces.iter_mut().zip(slots) {
-                for (axis, (face, &above)) in faces.iter_mut().zip(&topology.above[slot]).enumerate() {
-                    let above = above as usize;
+        let width = |slot: usize, axis: usize| conductivity[slot] * boxes[slot].side_area(axis);
+        let work = |(conductance, gravity_flow, slots): (&mut [Vector<D>], &mut [Vector<D>], Range<usize>)| {
+            for ((conductance, gravity_flow), slot) in conductance.iter_mut().zip(gravity_flow).zip(slots) {
+                for axis in 0..D {
+                    let above = topology.above[slot][axis] as usize;
                     if above == size {
                         continue;
                     }
-                    let resistance = resistances[slot][axis] + resistances[above][axis];
-                    let conductance = 1.0 / (resistance * fluid.unit_weight);
+                    let (own, other) = (width(slot, axis), width(above, axis));
+                    let narrow = boxes[slot].half_extent(axis) * other + boxes[above].half_extent(axis) * own;
+                    // Two cells that let nothing through: no flow, not 0/0.
+                    conductance[axis] = own * other / (fluid.unit_weight * narrow).max(f64::MIN_POSITIVE);
                     let between = boxes[above].center() - boxes[slot].center();
-                    *face = FaceFlow { conductance, gravity: conductance * weight.dot(&between) };
+                    gravity_flow[axis] = conductance[axis] * weight.dot(&between);
                 }
             }
         };
-        parallel::for_each((&mut upper_faces[..size], 0..size), GRAIN, &work);
-        self.drains.clear();
-        for &(slot, side) in &self.topology.surface.sides {
-            if self.cells[slot as usize].drained.contains(side) {
-                let conductance = 1.0 / (self.resistances[slot as usize][side.axis] * self.fluid.unit_weight);
-                let to_side = side.sign() * self.boxes[slot as usize].half_extent(side.axis);
-                self.drains.push((slot, conductance, conductance * weight[side.axis] * to_side));
+        parallel::for_each((&mut conductance[..size], &mut gravity_flow[..size], 0..size), GRAIN, &work);
+    }
+
+    /// Conductances of the sides that a particle drains, from the centre of its cell, with the flow that gravity drives through them.
+    fn measure_drains(&mut self, at: &StepView<D>, particles: &Particles<D>) {
+        let weight = at.gravity * self.fluid.density;
+        let Coupled { drains, topology, boxes, conductivity, fluid, .. } = self;
+        drains.clear();
+        for &(number, side) in &topology.surface.sides {
+            let slot = number as usize;
+            if at.active.particles_of(slot).iter().any(|&p| particles.drained[p as usize].contains(side)) {
+                let half_extent = boxes[slot].half_extent(side.axis);
+                let width = conductivity[slot] * boxes[slot].side_area(side.axis);
+                let conductance = width / (half_extent * fluid.unit_weight);
+                drains.push((number, conductance, conductance * weight[side.axis] * side.sign() * half_extent));
             }
         }
     }
 
-    /// c = γΔt − k/g and c/m at the active nodes, k the mean of the cells around.
+    /// k/g over k (s²/m).
+    fn inertia(&self) -> f64 {
+        if self.fluid_inertia { self.fluid.density / self.fluid.unit_weight } else { 0.0 }
+    }
+
+    /// c/m at the active nodes.
     fn relax_nodes(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
-        let per_conductivity = if self.fluid_inertia { self.fluid.density / self.fluid.unit_weight } else { 0.0 };
-        let Coupled { topology, cells, relaxation, compliance, .. } = self;
-        at.active.change_nodes(relaxation, |i, _, value| {
-            let around = topology.slots_of_node(i);
-            let sum: f64 = around.iter().map(|&slot| cells[slot as usize].conductivity).sum();
-            *value = Vector::repeat(at.dt - per_conductivity * sum / around.len() as f64);
-        });
-        at.active.change_nodes(compliance, |_, node, value| {
-            *value = nodes.mobility[node].component_mul(&relaxation[node]);
+        let inertia = self.inertia();
+        let Coupled { topology, conductivity, compliance, .. } = self;
+        at.active.change_nodes(compliance, |i, node, value| {
+            *value = nodes.mobility[node] * (at.dt - inertia * topology.mean_around(i, conductivity));
         });
         self.relax_ties(at, nodes);
     }
 
     /// One c for all nodes that move as one, and their part of the matrix.
     fn relax_ties(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
-        let Coupled { relaxation, compliance, ties, topology, divergence, wide, .. } = self;
+        let inertia = self.inertia();
+        let Coupled { conductivity, compliance, ties, topology, divergence, wide, .. } = self;
         ties.resize_with(nodes.ties.len(), TiedCells::default);
         for (tied, tie) in ties.iter_mut().zip(&nodes.ties) {
             let axis = tie.axis();
             let members = || tie.nodes().iter().map(|&node| node as usize);
+            let relaxation = |node: usize| {
+                at.dt - inertia * topology.mean_around(topology.place_of_node[node] as usize, conductivity)
+            };
             let mobility = members().next().map_or(0.0, |node| nodes.mobility[node][axis]);
             let mass: f64 = members().map(|node| nodes.mass[node]).sum();
-            let weighted: f64 = members().map(|node| nodes.mass[node] * relaxation[node][axis]).sum();
-            for node in members() {
-                relaxation[node][axis] = weighted / mass;
-                compliance[node][axis] = 0.0;
-            }
+            let weighted: f64 = members().map(|node| nodes.mass[node] * relaxation(node)).sum();
+            members().for_each(|node| compliance[node][axis] = 0.0);
             let strength = if mobility > 0.0 { mobility * weighted / mass } else { 0.0 };
             let (size, place_of): (usize, &dyn Fn(usize) -> usize) = match topology.direct {
                 true => (at.active.cells().len(), &|slot| slot),
@@ -436,38 +436,38 @@ impl<const D: usize> Coupled<D> {
 
     /// v + c M⁻¹ F of the nodes, into `nodal` (m/s).
     fn find_tendency(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
-        let Coupled { nodal, relaxation, .. } = self;
-        let tendency = |node: usize, force: &Vector<D>| {
-            let pushed = force.component_mul(&nodes.mobility[node]);
-            nodes.velocity_old[node] + pushed.component_mul(&relaxation[node])
-        };
-        if nodes.ties.is_empty() {
-            at.active.change_nodes(nodal, |_, node, value| *value = tendency(node, &nodes.force[node]));
-            return;
+        let Coupled { nodal, compliance, ties, .. } = self;
+        let NodeFields { force, velocity_old, .. } = nodes;
+        at.active.change_runs(nodal, |run, tendencies| {
+            let of_nodes = velocity_old[run.clone()].iter().zip(force[run.clone()].iter().zip(&compliance[run]));
+            for (tendency, (velocity, (force, compliance))) in tendencies.iter_mut().zip(of_nodes) {
+                for axis in 0..D {
+                    tendency[axis] = velocity[axis] + force[axis] * compliance[axis];
+                }
+            }
+        });
+        for (tied, tie) in ties.iter().zip(&nodes.ties) {
+            let members = || tie.nodes().iter().map(|&node| node as usize);
+            let change = tied.strength() * members().map(|node| force[node][tie.axis()]).sum::<f64>();
+            members().for_each(|node| nodal[node][tie.axis()] += change);
         }
-        at.active.change_nodes(nodal, |_, node, value| *value = nodes.force[node]);
-        for tie in &nodes.ties {
-            tie.gather(nodal);
-        }
-        at.active.change_nodes(nodal, |_, node, value| *value = tendency(node, value));
     }
 
     /// C p|t − K_vᵀ [v + c M⁻¹ F] − q_g, into `right`.
     fn fill_right_side(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) {
         self.find_tendency(at, nodes);
-        let Coupled { nodal, topology, divergence, upper_faces, rows, right, cells, .. } = self;
-        let work = |(right, rows, slots): (&mut [f64], &mut [f64], Range<usize>)| {
-            for ((right, row), slot) in right.iter_mut().zip(rows).zip(slots) {
-                *row = cells[slot].pressure;
+        let Coupled { nodal, topology, divergence, gravity_flow, right, storage, pressure, .. } = self;
+        let work = |(right, slots): (&mut [f64], Range<usize>)| {
+            for (right, slot) in right.iter_mut().zip(slots) {
                 let below = topology.below[slot];
-                let outflow =
-                    |axis: usize| upper_faces[slot][axis].gravity - upper_faces[below[axis] as usize][axis].gravity;
+                let outflow = |axis: usize| gravity_flow[slot][axis] - gravity_flow[below[axis] as usize][axis];
                 let gravity: f64 = (0..D).map(outflow).sum();
-                *right = cells[slot].storage * *row - topology.divergence_of(slot, divergence, nodal) - gravity;
+                *right = storage[slot] * pressure[slot] - topology.divergence_of(slot, divergence, nodal) - gravity;
             }
         };
-        parallel::for_each((&mut right[..], &mut rows[..], 0..cells.len()), GRAIN, &work);
-        self.checkerboard.add_product(&self.rows, &mut self.right);
+        let size = pressure.len();
+        parallel::for_each((&mut right[..], 0..size), GRAIN, &work);
+        self.checkerboard.add_product(&self.pressure, &mut self.right);
         for &(slot, _, flow) in &self.drains {
             self.right[slot as usize] -= flow;
         }
@@ -497,15 +497,16 @@ impl<const D: usize> Coupled<D> {
         let topology = &self.topology;
         let row = |slot: u32| topology.row_of_slot[slot as usize] as usize;
         self.matrix.clear_values();
-        for (slot, cell) in self.cells.iter().enumerate() {
-            self.matrix.add(row(slot as u32), row(slot as u32), cell.storage);
+        for (slot, &storage) in self.storage.iter().enumerate() {
+            self.matrix.add(row(slot as u32), row(slot as u32), storage);
         }
-        for (slot, (faces, above)) in self.upper_faces.iter().zip(&topology.above).enumerate() {
-            for (face, &above) in faces.iter().zip(above).filter(|(_, above)| **above as usize != self.cells.len()) {
+        let size = self.storage.len();
+        for (slot, (conductances, above)) in self.conductance.iter().zip(&topology.above).enumerate() {
+            for (&conductance, &above) in conductances.iter().zip(above).filter(|(_, above)| **above as usize != size) {
                 let (a, b) = (row(slot as u32), row(above));
-                self.matrix.add(a, a, face.conductance);
-                self.matrix.add(b, b, face.conductance);
-                self.matrix.add(a.max(b), a.min(b), -face.conductance);
+                self.matrix.add(a, a, conductance);
+                self.matrix.add(b, b, conductance);
+                self.matrix.add(a.max(b), a.min(b), -conductance);
             }
         }
         for &(slot, conductance, _) in &self.drains {
@@ -550,16 +551,17 @@ impl<const D: usize> Coupled<D> {
     }
 
     fn not_positive_definite(&self, at: &StepView<D>, slot: usize, pivot: f64) -> PressureError {
-        let short_step = at.active.nodes().iter().any(|&node| self.relaxation[node as usize].min() < 0.0);
+        let relaxation = |i: usize| at.dt - self.inertia() * self.topology.mean_around(i, &self.conductivity);
+        let short_step = (0..at.active.nodes().len()).any(|i| relaxation(i) < 0.0);
         PressureError::NotPositiveDefinite { time: at.time, cell: at.cell_index_of_slot(slot), pivot, short_step }
     }
 
     /// Fills the matrix of a wide system.
     fn measure_wide(&mut self, at: &StepView<D>) -> Result<(), PressureError> {
-        let Coupled { topology, divergence, compliance, upper_faces, drains, checkerboard, cells, wide, .. } = self;
+        let Coupled { topology, divergence, compliance, storage, conductance, drains, checkerboard, wide, .. } = self;
         let below = &topology.below;
-        let contributions = Contributions { divergence, compliance, upper_faces, below, drains, checkerboard };
-        let outcome = wide.measure(at, &contributions, |slot| cells[slot].storage);
+        let contributions = Contributions { divergence, compliance, storage, conductance, below, drains, checkerboard };
+        let outcome = wide.measure(at, &contributions);
         outcome.map_err(|(slot, entry)| self.not_positive_definite(at, slot, entry))
     }
 
@@ -742,6 +744,13 @@ impl<const D: usize> Topology<D> {
         &self.node_slots[self.node_start[i] as usize..self.node_start[i + 1] as usize]
     }
 
+    /// The mean of a field over the cells around the active node number `i`.
+    #[inline]
+    fn mean_around(&self, i: usize, of_cells: &[f64]) -> f64 {
+        let around = self.slots_of_node(i);
+        around.iter().map(|&slot| of_cells[slot as usize]).sum::<f64>() / around.len() as f64
+    }
+
     /// K_vᵀ of a nodal field, for one cell.
     fn divergence_of(&self, slot: usize, divergence: &[Vector<D>], nodal: &[Vector<D>]) -> f64 {
         let entries = slot * self.stencil_len..(slot + 1) * self.stencil_len;
@@ -757,8 +766,8 @@ impl<const D: usize> Topology<D> {
     }
 }
 
-/// Coefficients, volumes, pressures and slots of some cells.
-type CellPieces<'a> = ((&'a mut [CellCoefficients], &'a mut [f64]), (&'a mut [f64], Range<usize>));
+/// Volumes, storages and conductivities, pressures and first solutions, and slots of some cells.
+type CellPieces<'a> = ((&'a mut [f64], &'a mut [f64], &'a mut [f64]), (&'a mut [f64], &'a mut [f64]), Range<usize>);
 
 /// Sums over the particles of a cell.
 #[derive(Default)]
@@ -769,7 +778,6 @@ struct CellSums {
     /// Conductivity (m/s) and pressure (Pa), times volume.
     conductivity: f64,
     pressure: f64,
-    drained: SideSet,
 }
 
 impl CellSums {
@@ -783,21 +791,8 @@ impl CellSums {
             sums.pores += volume * particles.porosity[p];
             sums.conductivity += volume * particles.conductivity[p];
             sums.pressure += volume * particles.pressure[p];
-            sums.drained = sums.drained.union(particles.drained[p]);
         }
         sums
-    }
-
-    /// With 1/(K^f Δt), and the volume of a cell if it counts as full.
-    #[inline(always)]
-    fn coefficients(&self, per_volume: f64, whole: Option<f64>) -> CellCoefficients {
-        let filled = whole.map_or(1.0, |whole| whole / self.volume);
-        CellCoefficients {
-            storage: self.pores * filled * per_volume,
-            conductivity: self.conductivity / self.volume,
-            pressure: self.pressure / self.volume,
-            drained: self.drained,
-        }
     }
 }
 
@@ -805,8 +800,8 @@ impl<const D: usize> PressureScheme<D> for Coupled<D> {
     /// The mean of the particles' pressures, weighted by volume.
     fn particles_to_cells(&mut self, at: &StepView<D>, particles: &Particles<D>, cells: &mut CellFields) {
         self.sum_particles(at, particles);
-        let Coupled { solution, volumes, .. } = self;
-        at.active.change_cells(&mut cells.pressure_old, |slot, _, pressure| *pressure = solution[slot]);
+        let Coupled { pressure, volumes, .. } = self;
+        at.active.change_cells(&mut cells.pressure_old, |slot, _, of_cell| *of_cell = pressure[slot]);
         at.active.change_cells(&mut cells.volume, |slot, _, volume| *volume = volumes[slot]);
     }
 

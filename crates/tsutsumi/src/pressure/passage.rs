@@ -355,12 +355,21 @@ impl Passage {
         let sources = Sources { fine, matrix, patterns, factor: self.factor, coarse, stride: sums_per_pattern(coarse) };
         let Passage { slabs, slab_bounds, sums, sum_bounds, .. } = self;
         let work = |(sums, numbers): (Parts<f64>, Range<usize>)| {
-            let (mut bound, mut rows) = (0.0_f64, [0.0; STRIP]);
+            let mut bound = 0.0_f64;
             for (number, sums) in numbers.zip(sums.each()) {
                 let (slab, start) = (&slabs[number], slab_bounds[number]);
                 sums.fill(0.0);
                 for run in slab.own.0 as usize..slab.own.1 as usize {
-                    bound = bound.max(sources.sum_rows(run, start, sums, &mut rows));
+                    bound = bound.max(match *patterns {
+                        [pattern] => sources.sum_rows([pattern], run, start, sums),
+                        [smooth, chessboard] => sources.sum_rows([smooth, chessboard], run, start, sums),
+                        _ => sources.sum_rows(
+                            std::array::from_fn::<_, 4, _>(|number| patterns[number]),
+                            run,
+                            start,
+                            sums,
+                        ),
+                    });
                     sources.sum_edges(run, start, sums);
                 }
             }
@@ -564,9 +573,10 @@ impl Sources<'_> {
         self.patterns.len() * self.stride
     }
 
-    /// Adds the row sums and the diagonal of a run's cells to their blocks; `sums` starts at the coarse site `start`. `rows` is a work
-    /// array. Returns the bound of Gershgorin over these rows.
-    fn sum_rows(&self, number: usize, start: usize, sums: &mut [f64], rows: &mut [f64; STRIP]) -> f64 {
+    /// Adds the row sums for these patterns, all that there are, and the diagonal of a run's cells to their blocks; `sums` starts at the coarse
+    /// site `start`. Returns the bound of Gershgorin over these rows.
+    fn sum_rows<const P: usize>(&self, patterns: [u8; P], number: usize, start: usize, sums: &mut [f64]) -> f64 {
+        let mut rows = [[0.0; STRIP]; P];
         let Run { place: [x, y, z], len, site, .. } = self.fine.runs()[number];
         let [first, line_y, line_z] = [x, y, z].map(|place| place.div_euclid(self.factor));
         let own = self.coarse.site([first, line_y, line_z]).unwrap_or(start) - start;
@@ -577,13 +587,12 @@ impl Sources<'_> {
             let sites = site + (from - x) as usize..site + (to - x) as usize;
             let of_strip = &mut sums[(own + (block - first) as usize) * self.per_block()..];
             let within = (from - block * self.factor) as usize;
-            let pieces = self.patterns.iter().enumerate();
-            for (place, &pattern) in pieces.map(|(number, pattern)| (number * self.stride, pattern)) {
-                let rows = &mut rows[..sites.len()];
-                bound = bound.max(parallel::vectorized(|| {
-                    self.matrix.sum_rows(self.fine, number, sites.clone(), pattern, rows)
-                }));
-                self.add_blocks(within, rows, &mut of_strip[place..]);
+            bound = bound.max(parallel::vectorized(
+                #[inline(always)]
+                || self.matrix.sum_rows(self.fine, number, sites.clone(), patterns, &mut rows),
+            ));
+            for (pattern, rows) in rows.iter().enumerate() {
+                self.add_blocks(within, &rows[..sites.len()], &mut of_strip[pattern * self.stride..]);
             }
             self.add_blocks(within, &self.matrix.diagonal()[sites], &mut of_strip[1..]);
             from = to;

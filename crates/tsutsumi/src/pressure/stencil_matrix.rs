@@ -65,52 +65,28 @@ impl<T: RealField + Copy> StencilMatrix<T> {
         });
     }
 
-    /// The sums of the rows of some cells of a run, with the signs of a pattern, into `sums`; returns the largest sum of magnitudes over the
+    /// The sums of the rows of some cells of a run, with the signs of each pattern, into `sums`; returns the largest sum of magnitudes over the
     /// diagonal: no eigenvalue of D⁻¹ A is larger (Gershgorin).
     #[inline(always)]
-    pub(super) fn sum_rows(
+    pub(super) fn sum_rows<const P: usize>(
         &self,
         lattice: &Lattice,
         run: usize,
         sites: Range<usize>,
-        pattern: u8,
-        sums: &mut [T],
+        patterns: [u8; P],
+        sums: &mut [[T; STRIP]; P],
     ) -> T {
+        let rows = Rows { matrix: self, lattice, run, patterns };
         let mut bound = T::zero();
         let mut from = 0;
         while from + LANES <= sites.len() {
-            let rows = self.sum_some_rows::<LANES>(lattice, run, sites.start + from, pattern, &mut sums[from..]);
-            bound = bound.max(rows);
+            bound = bound.max(rows.sum::<LANES>(sites.start + from, from, sums));
             from += LANES;
         }
         for from in from..sites.len() {
-            bound = bound.max(self.sum_some_rows::<1>(lattice, run, sites.start + from, pattern, &mut sums[from..]));
+            bound = bound.max(rows.sum::<1>(sites.start + from, from, sums));
         }
         bound
-    }
-
-    #[inline(always)]
-    fn sum_some_rows<const L: usize>(
-        &self,
-        lattice: &Lattice,
-        run: usize,
-        site: usize,
-        pattern: u8,
-        row_sums: &mut [T],
-    ) -> T {
-        let diagonal: [T; L] = std::array::from_fn(|lane| self.diagonal[site..][..L][lane]);
-        let (mut sums, mut magnitudes) = (diagonal, diagonal);
-        for (offset, entries) in lattice.offsets().iter().zip(&self.upper) {
-            let sign = if offset.flips(pattern) { -T::one() } else { T::one() };
-            let [_, below] = lattice.shift(run, offset);
-            let (upper, lower) = (&entries[site..][..L], &entries[site.wrapping_add_signed(below)..][..L]);
-            for lane in 0..L {
-                sums[lane] += sign * (upper[lane] + lower[lane]);
-                magnitudes[lane] += upper[lane].abs() + lower[lane].abs();
-            }
-        }
-        row_sums[..L].copy_from_slice(&sums);
-        magnitudes.iter().zip(&diagonal).fold(T::zero(), |bound, (&sum, &d)| bound.max(sum / d))
     }
 
     /// Calls `visit(run, first site, number of sites)` for strips of active cells.
@@ -121,6 +97,41 @@ impl<T: RealField + Copy> StencilMatrix<T> {
                 visit(run, start, STRIP.min(from + len - start));
             }
         });
+    }
+}
+
+/// The rows of a run, to be summed with the signs of `P` patterns.
+struct Rows<'a, T, const P: usize> {
+    matrix: &'a StencilMatrix<T>,
+    lattice: &'a Lattice,
+    run: usize,
+    patterns: [u8; P],
+}
+
+impl<T: RealField + Copy, const P: usize> Rows<'_, T, P> {
+    /// The sums of `L` rows from a site on, into `row_sums` from a place on. Returns the largest sum of magnitudes over the diagonal.
+    #[inline(always)]
+    fn sum<const L: usize>(&self, site: usize, place: usize, row_sums: &mut [[T; STRIP]; P]) -> T {
+        let Rows { matrix, lattice, run, patterns } = self;
+        let diagonal: [T; L] = std::array::from_fn(|lane| matrix.diagonal[site..][..L][lane]);
+        let (mut sums, mut magnitudes) = ([diagonal; P], diagonal);
+        for (offset, entries) in lattice.offsets().iter().zip(&matrix.upper) {
+            let [_, below] = lattice.shift(*run, offset);
+            let (upper, lower) = (&entries[site..][..L], &entries[site.wrapping_add_signed(below)..][..L]);
+            for (sums, &pattern) in sums.iter_mut().zip(patterns) {
+                let sign = if offset.flips(pattern) { -T::one() } else { T::one() };
+                for lane in 0..L {
+                    sums[lane] += sign * (upper[lane] + lower[lane]);
+                }
+            }
+            for lane in 0..L {
+                magnitudes[lane] += upper[lane].abs() + lower[lane].abs();
+            }
+        }
+        for (row_sums, sums) in row_sums.iter_mut().zip(&sums) {
+            row_sums[place..][..L].copy_from_slice(sums);
+        }
+        magnitudes.iter().zip(&diagonal).fold(T::zero(), |bound, (&sum, &d)| bound.max(sum / d))
     }
 }
 
@@ -153,60 +164,74 @@ impl<T: RealField + Copy> Strip<'_, T> {
         let fours = matrix.upper.len() / 4 * 4;
         let four = |number: usize| [couple(number), couple(number + 1), couple(number + 2), couple(number + 3)];
         match (matrix.diagonal.is_empty(), fours) {
-            (true, 4..) => add_couples::<T, 4, true>(four(0), own, product),
+            (true, 4..) => add_four::<T, true>(four(0), own, product),
             (true, _) => product.copy_from_slice(own),
             (false, _) => {
                 let diagonal = matrix.diagonal[from..][..len].iter();
                 product.iter_mut().zip(diagonal).zip(own).for_each(|((product, &d), &x)| *product = d * x);
                 if fours > 0 {
-                    add_couples::<T, 4, false>(four(0), own, product);
+                    add_four::<T, false>(four(0), own, product);
                 }
             }
         }
         for number in (4..fours).step_by(4) {
-            add_couples::<T, 4, false>(four(number), own, product);
+            add_four::<T, false>(four(number), own, product);
         }
         for number in fours..matrix.upper.len() {
-            add_couples::<T, 1, false>([couple(number)], own, product);
+            add_one(couple(number), own, product);
         }
     }
 }
 
-/// Adds the products of a few offsets to `product`, or sets it to their sum with `own` if they are the `FIRST`, for some sites at a time.
+/// Adds the products of four offsets to `product`, or sets it to their sum with `own` if they are the `FIRST`, for some sites at a time.
 #[inline(always)]
-fn add_couples<T: RealField + Copy, const N: usize, const FIRST: bool>(
-    couples: [Couple<T>; N],
-    own: &[T],
-    product: &mut [T],
-) {
-    let wide = product.len() / LANES * LANES;
+fn add_four<T: RealField + Copy, const FIRST: bool>(couples: [Couple<T>; 4], own: &[T], product: &mut [T]) {
+    let [a, b, c, d] = couples;
+    let (wide, few) = lengths(product.len());
     let (first, rest) = product.split_at_mut(wide);
-    add_parts::<T, N, LANES, FIRST>(&couples, own, first);
-    let few = rest.len() / FEW_LANES * FEW_LANES;
-    let (second, last) = rest.split_at_mut(few);
-    add_parts::<T, N, FEW_LANES, FIRST>(&couples.each_ref().map(|couple| couple.from(wide)), &own[wide..], second);
-    let couples = couples.each_ref().map(|couple| couple.from(wide + few));
-    add_parts::<T, N, 1, FIRST>(&couples, &own[wide + few..], last);
+    let (second, last) = rest.split_at_mut(few - wide);
+    // Written out: with arrays of unknown content the compiler would check sixteen lengths for every part.
+    let len = first.len() / LANES;
+    add_parts::<T, 4, LANES, FIRST>([a.parts(0, len), b.parts(0, len), c.parts(0, len), d.parts(0, len)], own, first);
+    let len = second.len() / FEW_LANES;
+    let parts = [a.parts(wide, len), b.parts(wide, len), c.parts(wide, len), d.parts(wide, len)];
+    add_parts::<T, 4, FEW_LANES, FIRST>(parts, &own[wide..], second);
+    let len = last.len();
+    add_parts::<T, 4, 1, FIRST>(
+        [a.parts(few, len), b.parts(few, len), c.parts(few, len), d.parts(few, len)],
+        &own[few..],
+        last,
+    );
+}
+
+/// Adds the product of one offset to `product`.
+#[inline(always)]
+fn add_one<T: RealField + Copy>(couple: Couple<T>, own: &[T], product: &mut [T]) {
+    let (wide, few) = lengths(product.len());
+    let (first, rest) = product.split_at_mut(wide);
+    let (second, last) = rest.split_at_mut(few - wide);
+    add_parts::<T, 1, LANES, false>([couple.parts(0, first.len() / LANES)], own, first);
+    add_parts::<T, 1, FEW_LANES, false>([couple.parts(wide, second.len() / FEW_LANES)], &own[wide..], second);
+    add_parts::<T, 1, 1, false>([couple.parts(few, last.len())], &own[few..], last);
+}
+
+/// How many sites are worked on with the most lanes, and with at least a few.
+fn lengths(sites: usize) -> (usize, usize) {
+    (sites / LANES * LANES, sites / FEW_LANES * FEW_LANES)
 }
 
 /// The same, `L` sites at a time, for a multiple of as many sites.
 #[inline(always)]
 fn add_parts<T: RealField + Copy, const N: usize, const L: usize, const FIRST: bool>(
-    couples: &[Couple<T>; N],
+    couples: [Couple<[T; L]>; N],
     own: &[T],
     product: &mut [T],
 ) {
     let (product, _) = product.as_chunks_mut::<L>();
-    // All of one length, known to the compiler: nothing is checked in the loop.
-    let len = product.len();
-    let part = |values| <[T]>::as_chunks::<L>(values).0.split_at(len).0;
-    let own = part(own);
-    let couples = couples
-        .each_ref()
-        .map(|Couple { upper, x_upper, lower, x_lower }| ([part(upper), part(lower)], [part(x_upper), part(x_lower)]));
-    for i in 0..len {
+    let own = own.as_chunks::<L>().0.split_at(product.len()).0;
+    for i in 0..product.len() {
         let mut sums = if FIRST { own[i] } else { product[i] };
-        for ([upper, lower], [x_upper, x_lower]) in &couples {
+        for Couple { upper, x_upper, lower, x_lower } in &couples {
             for lane in 0..L {
                 sums[lane] += upper[i][lane] * x_upper[i][lane] + lower[i][lane] * x_lower[i][lane];
             }
@@ -236,10 +261,12 @@ impl<'a, T: RealField + Copy> Couple<'a, T> {
         }
     }
 
+    /// `len` times as many sites as stand side by side, from one on: all of one length, which the compiler knows to be the same.
     #[inline(always)]
-    fn from(&self, from: usize) -> Self {
+    fn parts<const L: usize>(&self, from: usize, len: usize) -> Couple<'a, [T; L]> {
+        let part = |values: &'a [T]| values[from..].as_chunks::<L>().0.split_at(len).0;
         let Couple { upper, x_upper, lower, x_lower } = self;
-        Couple { upper: &upper[from..], x_upper: &x_upper[from..], lower: &lower[from..], x_lower: &x_lower[from..] }
+        Couple { upper: part(upper), x_upper: part(x_upper), lower: part(lower), x_lower: part(x_lower) }
     }
 }
 

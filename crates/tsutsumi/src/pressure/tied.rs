@@ -61,6 +61,11 @@ impl TiedCells {
         }
     }
 
+    /// s (s/kg).
+    pub(super) fn strength(&self) -> f64 {
+        self.strength
+    }
+
     /// Adds s g gᵀ x to a product; returns s (gᵀ x)².
     pub(super) fn add_product(&self, x: &[f64], product: &mut [f64]) -> f64 {
         let along = dot(&self.divergence, x);

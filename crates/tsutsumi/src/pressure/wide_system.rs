@@ -4,7 +4,6 @@ use super::StepView;
 use super::assembly::{Parts, assemble};
 use super::checkerboard::Checkerboard;
 use super::conjugate_gradient::{Breakdown, ConjugateGradient, System};
-use super::coupled::FaceFlow;
 use super::lattice::{Lattice, Place};
 use super::multigrid::{MOST_DIRECT, Multigrid};
 use super::stencil_matrix::StencilMatrix;
@@ -17,8 +16,10 @@ pub(super) struct Contributions<'a, const D: usize> {
     pub(super) divergence: &'a [Vector<D>],
     /// c/m of every node of the grid.
     pub(super) compliance: &'a [Vector<D>],
-    /// The faces between every cell and the one above it, per axis, with a row of closed ones behind them.
-    pub(super) upper_faces: &'a [[FaceFlow; D]],
+    /// Storage C of every cell.
+    pub(super) storage: &'a [f64],
+    /// Conductances of the faces between every cell and the one above it, per axis, with a row of closed ones behind them.
+    pub(super) conductance: &'a [Vector<D>],
     /// Whose upper faces the lower ones of every cell are.
     pub(super) below: &'a [[u32; D]],
     /// Cells, conductances (and gravity flows) of drained sides.
@@ -33,7 +34,8 @@ pub(super) struct WideSystem {
     cell_of_site: Vec<u32>,
     site_of_cell: Vec<u32>,
     places: Vec<Place>,
-    corners: Vec<(Place, u32)>,
+    corners: Vec<Place>,
+    first_nodes: Vec<u32>,
     width: usize,
     matrix: StencilMatrix<f64>,
     multigrid: Multigrid,
@@ -62,10 +64,12 @@ impl WideSystem {
                 rest /= count + 1;
                 index
             });
-            (place(index), stencil[0])
+            place(index)
         };
         self.corners.clear();
         self.corners.extend(stencils.chunks(stencil_len).map(corner));
+        self.first_nodes.clear();
+        self.first_nodes.extend(stencils.iter().step_by(stencil_len));
         self.lattice.rebuild(D, self.width as i32 - 1, self.places.iter().copied());
         self.number_sites();
         self.matrix.resize(&self.lattice);
@@ -95,7 +99,7 @@ impl WideSystem {
         self.lattice.num_sites()
     }
 
-    /// Fills the matrix and prepares the preconditioner. `storage` gives C of a cell.
+    /// Fills the matrix and prepares the preconditioner.
     ///
     /// # Errors
     /// The slot and the entry where the diagonal is not positive.
@@ -103,19 +107,20 @@ impl WideSystem {
         &mut self,
         at: &StepView<D>,
         of: &Contributions<D>,
-        storage: impl Fn(usize) -> f64 + Sync,
     ) -> Result<(), (usize, f64)> {
         let parts = Parts {
             lattice: &self.lattice,
             cell_of_site: &self.cell_of_site,
             corners: &self.corners,
+            first_nodes: &self.first_nodes,
             strides: at.grid.node_strides(),
             divergence: of.divergence,
             compliance: of.compliance,
-            upper_faces: of.upper_faces,
+            storage: of.storage,
+            conductance: of.conductance,
             below: of.below,
         };
-        assemble(parts, self.width, storage, &mut self.matrix);
+        assemble(parts, self.width, &mut self.matrix);
         self.add_sides(of);
         let Self { lattice, matrix, multigrid, .. } = self;
         multigrid.measure(lattice, matrix).map_err(|bad| (lattice.slot(bad.site), bad.value))
