@@ -101,7 +101,7 @@ impl<const D: usize, const WIDTH: usize, const AROUND: bool> Spread<'_, D, WIDTH
             let p = p as usize;
             let mut gifts = Gifts::<X, V, D>::new(vectors, weights, i, &sources, p);
             if AROUND {
-                gifts.go_round(vectors, weights, i, sources.momentum_gradient(weights, i, p));
+                gifts.go_round::<WIDTH>(vectors, weights, i, sources.momentum_gradient(weights, i, p));
             }
             gifts.add::<WIDTH, AROUND>(vectors, weights, i, &mut nodes);
         }
@@ -166,9 +166,10 @@ impl<'a, const D: usize> SourcesIn<'a, D> {
 /// What a particle gives to a row of nodes, but for the weights along the other axes.
 struct Gifts<X: Vectors, const V: usize, const D: usize> {
     mass: Row<X, 1>,
+    /// In the first row of the first layer.
     momentum: Row<X, V>,
-    /// Per distance of the row along an axis; that along x is in the momentum.
-    momentum_gradient: [Row<X, V>; D],
+    /// From a row to the next one along an axis; along x it is in the momentum.
+    momentum_step: [Row<X, V>; D],
     /// To be multiplied by the gradient along an axis in place of the value; that along x by values alone.
     force: [Row<X, V>; D],
 }
@@ -187,18 +188,27 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
             force[j] = column * if j == 0 { gradient } else { value };
         }
         let mass = Row::of_nodes(vectors, 1, |k| weights.value(0, k, i)) * mass;
-        Gifts { mass, momentum: momentum * value, momentum_gradient: [Row::zeros(vectors); D], force }
+        Gifts { mass, momentum: momentum * value, momentum_step: [Row::zeros(vectors); D], force }
     }
 
-    /// With the momentum of a motion around the particle, whose gradient stands column by column (kg/s).
+    /// With the momentum of a motion around the particle, whose gradient stands column by column (kg/s): it varies linearly from node to node.
     #[inline(always)]
-    fn go_round(&mut self, vectors: X, weights: &ChunkWeights, i: usize, columns: [[f64; D]; D]) {
-        let moment = Row::of_nodes(vectors, D, |k| weights.moment(0, k, i));
+    fn go_round<const WIDTH: usize>(
+        &mut self,
+        vectors: X,
+        weights: &ChunkWeights,
+        i: usize,
+        columns: [[f64; D]; D],
+    ) {
         let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
-        self.momentum += moment * Row::of_components(vectors, columns[0]);
+        let arm = Row::of_nodes(vectors, D, |k| weights.arm(0, k, i));
+        self.momentum += value * (arm * Row::of_components(vectors, columns[0]));
         for (j, column) in columns.into_iter().enumerate() {
             if j > 0 {
-                self.momentum_gradient[j] = value * Row::of_components(vectors, column);
+                let along = value * Row::of_components(vectors, column);
+                let first = weights.reached::<WIDTH>(j, i).start;
+                self.momentum += along * weights.arm(j, first, i);
+                self.momentum_step[j] = along * weights.spacing(j);
             }
         }
     }
@@ -213,66 +223,52 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     ) {
         let first = weights.first_node(i) - nodes.first;
         let along_y = weights.layers::<D, WIDTH>(1, i);
+        let mut momentum_of_layer = self.momentum;
         for z in weights.layers::<D, WIDTH>(2, i) {
-            let layer = if D > 2 { self.layer::<AROUND>(&z) } else { LayerRows::of_plane(self, vectors) };
+            let forces = if D > 2 { self.forces_in_layer(&z) } else { ForceRows::of_plane(self, vectors) };
+            let mut momentum = momentum_of_layer;
             for y in along_y.clone() {
+                let value = y.weights.value * z.weights.value;
                 let row = (first + z.offset + y.offset) as usize;
                 let row = row..row + WIDTH;
-                (layer.mass * y.weights.value).add_to(vectors, &mut nodes.mass[row.clone()]);
-                let mut momentum = layer.momentum * y.weights.value;
-                let mut force = layer.force * y.weights.value;
+                (self.mass * value).add_to(vectors, &mut nodes.mass[row.clone()]);
+                (momentum * value).add_to(vectors, nodes.momentum[row.clone()].as_flattened_mut());
+                let mut force = forces.by_value * y.weights.value;
                 if D > 1 {
-                    force += layer.force_by_gradient * y.weights.gradient;
+                    force += forces.by_gradient * y.weights.gradient;
                 }
-                if AROUND && D > 1 {
-                    momentum += layer.momentum_gradient * y.weights.moment;
-                }
-                momentum.add_to(vectors, nodes.momentum[row.clone()].as_flattened_mut());
                 force.add_to(vectors, nodes.force[row].as_flattened_mut());
+                if AROUND && D > 1 {
+                    momentum += self.momentum_step[1];
+                }
+            }
+            if AROUND && D > 2 {
+                momentum_of_layer += self.momentum_step[2];
             }
         }
     }
 
     /// With the weights along z.
     #[inline(always)]
-    fn layer<const AROUND: bool>(&self, z: &Layer) -> LayerRows<X, V> {
-        let mut momentum = self.momentum * z.weights.value;
-        if AROUND {
-            momentum += self.momentum_gradient[2] * z.weights.moment;
-        }
-        LayerRows {
-            mass: self.mass * z.weights.value,
-            momentum,
-            momentum_gradient: self.momentum_gradient[1] * z.weights.value,
-            force: self.force[0] * z.weights.value + self.force[2] * z.weights.gradient,
-            force_by_gradient: self.force[1] * z.weights.value,
+    fn forces_in_layer(&self, z: &Layer) -> ForceRows<X, V> {
+        ForceRows {
+            by_value: self.force[0] * z.weights.value + self.force[2] * z.weights.gradient,
+            by_gradient: self.force[1] * z.weights.value,
         }
     }
 }
 
-/// What a particle gives to a row of nodes in a layer along z, but for the weights along y.
-struct LayerRows<X: Vectors, const V: usize> {
-    mass: Row<X, 1>,
-    momentum: Row<X, V>,
-    /// Per distance of the row along y.
-    momentum_gradient: Row<X, V>,
-    /// To be multiplied by the value and by the gradient along y.
-    force: Row<X, V>,
-    force_by_gradient: Row<X, V>,
+/// The force of a particle on a row of nodes in a layer along z, to be multiplied by the value and by the gradient along y.
+struct ForceRows<X: Vectors, const V: usize> {
+    by_value: Row<X, V>,
+    by_gradient: Row<X, V>,
 }
 
-impl<X: Vectors, const V: usize> LayerRows<X, V> {
+impl<X: Vectors, const V: usize> ForceRows<X, V> {
     /// In the plane there is one layer.
     #[inline(always)]
     fn of_plane<const D: usize>(rows: &Gifts<X, V, D>, vectors: X) -> Self {
-        let zeros = Row::zeros(vectors);
-        let at = |rows: &[Row<X, V>; D]| if D > 1 { rows[D.min(2) - 1] } else { zeros };
-        LayerRows {
-            mass: rows.mass,
-            momentum: rows.momentum,
-            momentum_gradient: at(&rows.momentum_gradient),
-            force: rows.force[0],
-            force_by_gradient: at(&rows.force),
-        }
+        let by_gradient = if D > 1 { rows.force[D.min(2) - 1] } else { Row::zeros(vectors) };
+        ForceRows { by_value: rows.force[0], by_gradient }
     }
 }
