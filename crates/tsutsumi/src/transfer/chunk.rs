@@ -58,7 +58,7 @@ struct AlongAxis {
     gradient: [[f64; ROOM]; MAX_WIDTH],
     /// x_I − X_p of the first node (m).
     arm: [f64; ROOM],
-    /// One over Σ_I N (x_I − X_p)² (1/m²), or 0.
+    /// One over Σ_I N (x_I − X_p)² (1/m²), or 0; 1 where it is not asked for.
     inverse_spread: [f64; CHUNK],
 }
 
@@ -181,6 +181,9 @@ impl ChunkWeights {
         let (spacing, inverse_spacing) = (grid.spacing()[axis], grid.inverse_spacing()[axis]);
         (self.strides[axis], self.spacing[axis]) = (stride, spacing);
         let along = &mut self.along[axis];
+        if ARMS && !SPREADS {
+            along.inverse_spread = [1.0; CHUNK];
+        }
         for i in 0..CHUNK {
             let at = CellOnAxis { cell: index_among_in_vectors(num_cells, place[i]), num_cells };
             let (first, weights) = shape.reached_weights(at, place[i], half_size[i]);
@@ -228,7 +231,9 @@ impl ChunkWeights {
     /// The way from the point to node `k` along the axis (m).
     #[inline(always)]
     pub(super) fn arm(&self, axis: usize, k: usize, i: usize) -> f64 {
-        self.along[axis].arm[i] + k as f64 * self.spacing[axis]
+        let to_first = self.along[axis].arm[i];
+        // The compiler knows k, but would still multiply by 0.
+        if k == 0 { to_first } else { to_first + k as f64 * self.spacing[axis] }
     }
 
     /// From a node to the next one along the axis (m).

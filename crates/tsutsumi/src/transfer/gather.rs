@@ -147,16 +147,16 @@ impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Gather<'_
         let (velocity, acceleration) = (velocity.as_chunks().0, acceleration.as_chunks().0);
         // One length, known to be the same: one check per row.
         let acceleration = if A { &acceleration[..velocity.len()] } else { acceleration };
-        for i in 0..weights.len().min(BLOCK - start) {
+        for (i, p) in (start..BLOCK).enumerate().take(weights.len()) {
             let reached = if D > 2 { weights.reached::<WIDTH>(0, i) } else { 0..WIDTH };
             let sums = match reached.len() == WIDTH {
                 true => Self::sums::<X, V>(vectors, weights, i, reached, velocity, acceleration),
                 false => Self::sums::<X, LESS>(vectors, weights, i, reached, velocity, acceleration),
             };
+            sums.give_variation::<M>(p, &mut found);
             if !gradients_only {
-                sums.give_velocity::<A>(start + i, &mut found);
+                sums.give_velocity::<A>(p, &mut found);
             }
-            sums.give_variation::<M>(start + i, &mut found);
         }
     }
 

@@ -3,6 +3,7 @@ use super::corners::SpreadCorners;
 use super::rows::Row;
 use crate::lanes::{self, Kernel, Vectors};
 use crate::particles::{LocalMotion, Particles};
+use crate::shape::MAX_WIDTH;
 use crate::tensor::Sym3;
 
 /// Adds the sums of Eqs. (5) and (10) over a chunk of particles to the nodes, a row of nodes at a time.
@@ -99,10 +100,7 @@ impl<const D: usize, const WIDTH: usize, const AROUND: bool> Spread<'_, D, WIDTH
         let (sources, mut nodes) = (SourcesIn::<D>::new(&sources), NodesIn::<D>::new(nodes));
         for (i, &p) in numbers.iter().enumerate().take(weights.len()) {
             let p = p as usize;
-            let mut gifts = Gifts::<X, V, D>::new(vectors, weights, i, &sources, p);
-            if AROUND {
-                gifts.go_round::<WIDTH>(vectors, weights, i, sources.momentum_gradient(weights, i, p));
-            }
+            let gifts = Gifts::<X, V, D>::new::<WIDTH, AROUND>(vectors, weights, i, &sources, p);
             gifts.add::<WIDTH, AROUND>(vectors, weights, i, &mut nodes);
         }
     }
@@ -114,7 +112,6 @@ pub(super) struct SourcesIn<'a, const D: usize> {
     pub(super) velocity: &'a [[f64; D]],
     pub(super) volume: &'a [f64],
     pub(super) stress: &'a [Sym3],
-    are_moments: bool,
     motion: &'a [[[f64; D]; D]],
 }
 
@@ -147,7 +144,6 @@ impl<'a, const D: usize> SourcesIn<'a, D> {
             velocity: &sources.velocity.as_chunks().0[..len],
             volume: &sources.volume[..len],
             stress: &sources.stress[..len],
-            are_moments: sources.local_motion == LocalMotion::Moments,
             motion: sources.motion.as_chunks().0.as_chunks().0,
         }
     }
@@ -157,7 +153,7 @@ impl<'a, const D: usize> SourcesIn<'a, D> {
     pub(super) fn momentum_gradient(&self, weights: &ChunkWeights, i: usize, p: usize) -> [[f64; D]; D] {
         let (mass, motion) = (self.mass[p], self.motion[p]);
         std::array::from_fn(|j| {
-            let factor = if self.are_moments { mass * weights.inverse_spread(j, i) } else { mass };
+            let factor = mass * weights.inverse_spread(j, i);
             motion[j].map(|component| component * factor)
         })
     }
@@ -165,7 +161,7 @@ impl<'a, const D: usize> SourcesIn<'a, D> {
 
 /// What a particle gives to a row of nodes, but for the weights along the other axes.
 struct Gifts<X: Vectors, const V: usize, const D: usize> {
-    mass: Row<X, 1>,
+    mass: [f64; MAX_WIDTH],
     /// In the first row of the first layer.
     momentum: Row<X, V>,
     /// From a row to the next one along an axis; along x it is in the momentum.
@@ -176,41 +172,43 @@ struct Gifts<X: Vectors, const V: usize, const D: usize> {
 
 impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     #[inline(always)]
-    fn new(vectors: X, weights: &ChunkWeights, i: usize, from: &SourcesIn<D>, p: usize) -> Self {
-        let (mass, velocity) = (from.mass[p], from.velocity[p]);
+    fn new<const WIDTH: usize, const AROUND: bool>(
+        vectors: X,
+        weights: &ChunkWeights,
+        i: usize,
+        from: &SourcesIn<D>,
+        p: usize,
+    ) -> Self {
+        let mass = from.mass[p];
         let stress = from.stress[p].block::<D>(-from.volume[p]);
         let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
         let gradient = Row::of_nodes(vectors, D, |k| weights.gradient(0, k, i));
-        let momentum = Row::of_components::<D>(vectors, std::array::from_fn(|i| velocity[i] * mass));
         let mut force = [Row::zeros(vectors); D];
         for j in 0..D {
             let column = Row::of_components::<D>(vectors, std::array::from_fn(|i| stress[i][j]));
             force[j] = column * if j == 0 { gradient } else { value };
         }
-        let mass = Row::of_nodes(vectors, 1, |k| weights.value(0, k, i)) * mass;
-        Gifts { mass, momentum: momentum * value, momentum_step: [Row::zeros(vectors); D], force }
-    }
-
-    /// With the momentum of a motion around the particle, whose gradient stands column by column (kg/s): it varies linearly from node to node.
-    #[inline(always)]
-    fn go_round<const WIDTH: usize>(
-        &mut self,
-        vectors: X,
-        weights: &ChunkWeights,
-        i: usize,
-        columns: [[f64; D]; D],
-    ) {
-        let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
-        let arm = Row::of_nodes(vectors, D, |k| weights.arm(0, k, i));
-        self.momentum += value * (arm * Row::of_components(vectors, columns[0]));
-        for (j, column) in columns.into_iter().enumerate() {
-            if j > 0 {
-                let along = value * Row::of_components(vectors, column);
-                let first = weights.reached::<WIDTH>(j, i).start;
-                self.momentum += along * weights.arm(j, first, i);
-                self.momentum_step[j] = along * weights.spacing(j);
+        let mut momentum = from.velocity[p].map(|component| component * mass);
+        let mut momentum_step = [Row::zeros(vectors); D];
+        if AROUND {
+            // It varies linearly from node to node.
+            let columns = from.momentum_gradient(weights, i, p);
+            for j in 1..D {
+                let arm = weights.arm(j, weights.reached::<WIDTH>(j, i).start, i);
+                for component in 0..D {
+                    momentum[component] += columns[j][component] * arm;
+                }
+                let step = columns[j].map(|component| component * weights.spacing(j));
+                momentum_step[j] = value * Row::of_components(vectors, step);
             }
         }
+        let mut momentum = Row::of_components(vectors, momentum);
+        if AROUND {
+            let arm = Row::of_nodes(vectors, D, |k| weights.arm(0, k, i));
+            momentum += arm * Row::of_components(vectors, from.momentum_gradient(weights, i, p)[0]);
+        }
+        let mass = std::array::from_fn(|k| weights.value(0, k, i) * mass);
+        Gifts { mass, momentum: momentum * value, momentum_step, force }
     }
 
     #[inline(always)]
@@ -231,7 +229,9 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
                 let value = y.weights.value * z.weights.value;
                 let row = (first + z.offset + y.offset) as usize;
                 let row = row..row + WIDTH;
-                (self.mass * value).add_to(vectors, &mut nodes.mass[row.clone()]);
+                for (at_node, mass) in nodes.mass[row.clone()].iter_mut().zip(self.mass) {
+                    *at_node += mass * value;
+                }
                 (momentum * value).add_to(vectors, nodes.momentum[row.clone()].as_flattened_mut());
                 let mut force = forces.by_value * y.weights.value;
                 if D > 1 {
