@@ -275,9 +275,9 @@ fn vector_of_row<X: Vectors, const D: usize>(vectors: X, row: &[[f64; D]], v: us
         return Four::new(vectors, *four);
     }
     if D == 3 {
-        // The last node of the row: what stands in the last lane means nothing.
-        if let Some(&[x, y, z]) = numbers[start..].first_chunk() {
-            return Four::new(vectors, [x, y, z, z]);
+        // The last node of the row, with the number before it: what stands in the last lane means nothing.
+        if let Some(&[before, x, y, z]) = numbers[start - 1..].first_chunk() {
+            return Four::new(vectors, [x, y, z, before]);
         }
     }
     first_lanes(vectors, &numbers[start..])
