@@ -136,6 +136,16 @@ pub(crate) fn vectorized<R>(work: impl FnOnce() -> R) -> R {
     work()
 }
 
+/// The same with vectors of eight numbers (AVX-512) where they are `worthwhile` and the processor has them: for much arithmetic on few numbers.
+#[inline(always)]
+pub(crate) fn vectorized_in_eights<R>(worthwhile: bool, work: impl FnOnce() -> R) -> R {
+    #[cfg(target_arch = "x86_64")]
+    if worthwhile && let Some(avx512) = pulp::x86::V4::try_new() {
+        return pulp::Simd::vectorize(avx512, work);
+    }
+    vectorized(work)
+}
+
 /// Runs work of many loops on a thread of the pool: from outside, every single loop would change threads there and back.
 pub(crate) fn within_pool<R: Send>(work: impl FnOnce() -> R + Send) -> R {
     match rayon::current_thread_index() {

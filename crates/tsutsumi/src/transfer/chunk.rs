@@ -4,7 +4,7 @@ use std::ops::Range;
 use super::stencil::inverse_of_spread;
 use super::sums::AxisWeights;
 use crate::grid::{Grid, index_among_in_vectors};
-use crate::parallel::vectorized;
+use crate::parallel::vectorized_in_eights;
 use crate::particles::Places;
 use crate::shape::{CellOnAxis, MAX_WIDTH, ShapeFunction};
 
@@ -85,7 +85,15 @@ pub(super) fn with_weights(work: impl FnOnce(&mut ChunkWeights)) {
 impl ChunkWeights {
     const fn new() -> Self {
         let along = [AlongAxis::ZEROS; 3];
-        ChunkWeights { dimension: 0, width: 0, len: 0, first_node: [0; CHUNK], strides: [0; 3], spacing: [0.0; 3], along }
+        ChunkWeights {
+            dimension: 0,
+            width: 0,
+            len: 0,
+            first_node: [0; CHUNK],
+            strides: [0; 3],
+            spacing: [0.0; 3],
+            along,
+        }
     }
 
     /// Does work that is compiled for every dimension of space and width of a stencil.
@@ -123,7 +131,8 @@ impl ChunkWeights {
             assert!(S::WIDTH > 1 && S::WIDTH <= MAX_WIDTH, "a stencil has 2 to MAX_WIDTH nodes along an axis");
             assert!(S::REACHED > 1 && S::REACHED <= S::WIDTH, "a point reaches at least two nodes of its stencil");
         };
-        vectorized(
+        vectorized_in_eights(
+            S::WIDTH > 2,
             #[inline(always)]
             || match further {
                 Further::Nothing => self.find_in_vectors::<S, D, false, false>(shape, grid, places, particles),
@@ -299,10 +308,7 @@ impl ChunkWeights {
         let reached = if is_there { self.reached::<WIDTH>(axis, i) } else { 0..1 };
         let stride = self.strides[axis];
         reached.map(move |k| match is_there {
-            true => Layer {
-                offset: k as u32 * stride,
-                weights: self.of_node(axis, k, i),
-            },
+            true => Layer { offset: k as u32 * stride, weights: self.of_node(axis, k, i) },
             false => Layer { offset: 0, weights: AxisWeights { value: 1.0, gradient: 0.0 } },
         })
     }
