@@ -180,10 +180,10 @@ impl<const D: usize, const A: bool, const M: bool> Kernel for GatherCorners<'_, 
         while i < len {
             let first_node = weights.first_node(i);
             let found_here = corners.sums::<X, A, M>(vectors, first_node, i);
+            found_here.give_variation::<M>(start + i, &mut found);
             if !gradients_only {
                 found_here.give_velocity::<A>(start + i, &mut found);
             }
-            found_here.give_variation::<M>(start + i, &mut found);
             i += 1;
             let end = len.min(i + 3);
             while i < end && weights.first_node(i) == first_node {

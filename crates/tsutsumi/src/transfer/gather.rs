@@ -245,25 +245,33 @@ impl<const D: usize> Nodes<'_, D> {
             let row = Sums { velocity: row(self.velocity), acceleration, ..Sums::zeros(zero) };
             columns.add::<_, A, M>(&row, 1, &y.weights);
         }
-        let along_x = |of: &dyn Fn(usize) -> f64| {
-            // A row of vectors may be longer than that of the nodes.
-            Row::<X, V>::of_nodes(vectors, D, |k| if k < WIDTH { of(k) } else { 0.0 })
-        };
-        let value = along_x(&|k| weights.value(0, k, i));
-        let gradient = along_x(&|k| weights.gradient(0, k, i));
-        let mut sums = Sums {
-            velocity: columns.velocity.dot(vectors, value),
-            acceleration: if A { columns.acceleration.dot(vectors, value) } else { Four::splat(vectors, 0.0) },
-            gradient: columns.gradient.map(|column| column.dot(vectors, value)),
-            moment: columns.moment.map(|column| column.dot(vectors, value)),
-        };
+        let value = along_x::<X, V, D, WIDTH>(vectors, |k| weights.value(0, k, i));
+        let gradient = along_x::<X, V, D, WIDTH>(vectors, |k| weights.gradient(0, k, i));
+        let mut sums = Sums::zeros(Four::splat(vectors, -0.0));
+        sums.velocity = columns.velocity.dot(vectors, value);
         sums.gradient[0] = columns.velocity.dot(vectors, gradient);
+        if A {
+            sums.acceleration = columns.acceleration.dot(vectors, value);
+        }
+        for axis in 1..D {
+            sums.gradient[axis] = columns.gradient[axis].dot(vectors, value);
+            sums.moment[axis] = columns.moment[axis].dot(vectors, value);
+        }
         if M {
-            let arm = along_x(&|k| weights.arm(0, k, i));
+            let arm = along_x::<X, V, D, WIDTH>(vectors, |k| weights.arm(0, k, i));
             sums.moment[0] = columns.velocity.dot(vectors, value * arm);
         }
         sums
     }
+}
+
+/// One number for each of the `WIDTH` nodes of a row, and zeros for what the vectors are longer.
+#[inline(always)]
+fn along_x<X: Vectors, const V: usize, const D: usize, const WIDTH: usize>(
+    vectors: X,
+    of_node: impl Fn(usize) -> f64,
+) -> Row<X, V> {
+    Row::of_nodes(vectors, D, |k| if k < WIDTH { of_node(k) } else { 0.0 })
 }
 
 /// Vector number `v` of a row of nodes.
