@@ -188,27 +188,39 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
             let column = Row::of_components::<D>(vectors, std::array::from_fn(|i| stress[i][j]));
             force[j] = column * if j == 0 { gradient } else { value };
         }
-        let mut momentum = from.velocity[p].map(|component| component * mass);
-        let mut momentum_step = [Row::zeros(vectors); D];
-        if AROUND {
-            // It varies linearly from node to node.
-            let columns = from.momentum_gradient(weights, i, p);
-            for j in 1..D {
-                let arm = weights.arm(j, weights.reached::<WIDTH>(j, i).start, i);
-                for component in 0..D {
-                    momentum[component] += columns[j][component] * arm;
-                }
-                let step = columns[j].map(|component| component * weights.spacing(j));
-                momentum_step[j] = value * Row::of_components(vectors, step);
-            }
-        }
-        let mut momentum = Row::of_components(vectors, momentum);
-        if AROUND {
-            let arm = Row::of_nodes(vectors, D, |k| weights.arm(0, k, i));
-            momentum += arm * Row::of_components(vectors, from.momentum_gradient(weights, i, p)[0]);
-        }
+        let (momentum, momentum_step) = Self::momentum::<WIDTH, AROUND>(vectors, weights, i, from, p, value);
         let mass = std::array::from_fn(|k| weights.value(0, k, i) * mass);
-        Gifts { mass, momentum: momentum * value, momentum_step, force }
+        Gifts { mass, momentum, momentum_step, force }
+    }
+
+    /// The momentum in the first row, which has these values along x, and the steps to others. What goes round the particle varies linearly from
+    /// node to node.
+    #[inline(always)]
+    fn momentum<const WIDTH: usize, const AROUND: bool>(
+        vectors: X,
+        weights: &ChunkWeights,
+        i: usize,
+        from: &SourcesIn<D>,
+        p: usize,
+        value: Row<X, V>,
+    ) -> (Row<X, V>, [Row<X, V>; D]) {
+        let mut steps = [Row::zeros(vectors); D];
+        let mut momentum = from.velocity[p].map(|component| component * from.mass[p]);
+        if !AROUND {
+            return (value * Row::of_components(vectors, momentum), steps);
+        }
+        let columns = from.momentum_gradient(weights, i, p);
+        for j in 1..D {
+            let arm = weights.arm(j, weights.reached::<WIDTH>(j, i).start, i);
+            for component in 0..D {
+                momentum[component] += columns[j][component] * arm;
+            }
+            let step = columns[j].map(|component| component * weights.spacing(j));
+            steps[j] = value * Row::of_components(vectors, step);
+        }
+        let arm = Row::of_nodes(vectors, D, |k| weights.arm(0, k, i));
+        let along_x = Row::of_components(vectors, momentum) + arm * Row::of_components(vectors, columns[0]);
+        (value * along_x, steps)
     }
 
     #[inline(always)]
