@@ -264,9 +264,9 @@ fn of_node<S: ShapeFunction>(weights: &Weights, first: usize, node: usize) -> (f
 
 /// The weights of the reached nodes are those of the stencil, the others are zero.
 fn check_reached<S: ShapeFunction>(shape: &S, place: Place, weights: &Weights) -> Result<(), ShapeViolation> {
-    let (before, reached) = shape.reached_weights(place.at, place.position, place.half_size);
+    let (first, reached) = shape.reached_weights(place.at, place.position, place.half_size);
     for local in 0..S::WIDTH {
-        let expected = match local.checked_sub(before) {
+        let expected = match (shape.first_node(place.at) + local).checked_sub(first) {
             Some(k) if k < S::REACHED => (reached.value[k], reached.gradient[k]),
             _ => (0.0, 0.0),
         };
@@ -349,7 +349,7 @@ mod tests {
         }
 
         fn reached_weights(&self, at: CellOnAxis, position: f64, half_size: f64) -> (usize, Weights) {
-            (0, QuadraticBSpline.reached_weights(at, position, half_size).1)
+            (QuadraticBSpline.first_node(at), QuadraticBSpline.reached_weights(at, position, half_size).1)
         }
     }
 }

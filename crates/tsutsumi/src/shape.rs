@@ -61,10 +61,10 @@ pub trait ShapeFunction: Send + Sync + 'static {
     /// Nodes per axis that a point reaches, at least two, where it is fewer than the stencil has, and the same wherever the point is.
     const REACHED: usize = Self::WIDTH;
 
-    /// The weights of a point of this cell at the nodes that it reaches, the first of them first, and how many nodes of the stencil come
-    /// before: what [`weights`](Self::weights) says, without the zeros. The sums over particles ask for these.
+    /// The number of the first node that a point of this cell reaches, and the weights from that node on: what [`weights`](Self::weights) says,
+    /// without the zeros. The sums over particles ask for these.
     #[inline(always)]
     fn reached_weights(&self, at: CellOnAxis, position: f64, half_size: f64) -> (usize, Weights) {
-        (0, self.weights(at, position, half_size))
+        (self.first_node(at), self.weights(at, position, half_size))
     }
 }

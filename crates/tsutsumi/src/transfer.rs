@@ -322,7 +322,7 @@ fn gather<S: ShapeFunction, const D: usize>(
 ) {
     let len = places.position.len().min(BLOCK);
     let (velocity, acceleration) = (bytemuck::cast_slice(velocity), bytemuck::cast_slice(acceleration));
-    let further = if moments { Further::Moments } else { Further::Nothing };
+    let further = if moments { Further::Arms } else { Further::Nothing };
     with_weights(|weights| {
         for start in (0..len).step_by(CHUNK) {
             weights.find(shape, grid, places, further, start..len.min(start + CHUNK));
@@ -414,8 +414,8 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         let nodes = NodeSums { first: 0, mass, momentum, force };
         let further = match local_motion {
             LocalMotion::Nothing => Further::Nothing,
-            LocalMotion::Gradient => Further::Moments,
-            LocalMotion::Moments => Further::MomentsAndSpreads,
+            LocalMotion::Gradient => Further::Arms,
+            LocalMotion::Moments => Further::ArmsAndSpreads,
         };
         let is_far = particles.len() >= FAR;
         let sources = Sources::new(particles, local_motion);
@@ -668,7 +668,7 @@ mod tests {
                     &shape,
                     &grid,
                     particles.places(),
-                    Further::MomentsAndSpreads,
+                    Further::ArmsAndSpreads,
                     numbers.iter().map(|&p| p as usize),
                 );
                 let nodes = NodeNumbers {
@@ -694,7 +694,7 @@ mod tests {
         shape.gather_block(&grid, &nodes, particles.places(), wanted, &mut found);
         with_weights(|weights| {
             for start in (0..particles.len()).step_by(CHUNK) {
-                weights.find(&shape, &grid, particles.places(), Further::Moments, start..particles.len());
+                weights.find(&shape, &grid, particles.places(), Further::Arms, start..particles.len());
                 let chunk = GatherChunk {
                     weights,
                     velocity: bytemuck::cast_slice(&nodes.velocity),

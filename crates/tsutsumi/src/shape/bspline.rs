@@ -56,8 +56,9 @@ impl ShapeFunction for QuadraticBSpline {
 
     #[inline(always)]
     fn weights(&self, at: CellOnAxis, position: f64, half_size: f64) -> Weights {
-        let (before, Weights { value, gradient }) = self.reached_weights(at, position, half_size);
-        let placed = |[a, b, c, zero]: [f64; 4]| if before > 0 { [zero, a, b, c] } else { [a, b, c, zero] };
+        let (first, Weights { value, gradient }) = self.reached_weights(at, position, half_size);
+        let is_upper = first > first_node(at);
+        let placed = |[a, b, c, zero]: [f64; 4]| if is_upper { [zero, a, b, c] } else { [a, b, c, zero] };
         Weights { value: placed(value), gradient: placed(gradient) }
     }
 
@@ -66,15 +67,21 @@ impl ShapeFunction for QuadraticBSpline {
     /// The nearest inner node and its neighbours; all in selects, so that loops over points become vectors.
     #[inline(always)]
     fn reached_weights(&self, at: CellOnAxis, position: f64, _half_size: f64) -> (usize, Weights) {
-        let from_first = position - first_node(at) as u32 as f64;
-        let upper = from_first >= 1.5 && first_node(at) + 2 < at.num_cells;
-        let x = from_first - if upper { 2.0 } else { 1.0 };
+        let last_inner = f64::from(at.num_cells as u32) - 1.0;
+        let inside = if position < last_inner { position } else { last_inner };
+        let inside = if inside > 1.0 { inside } else { 1.0 };
+        // Numbers from 2⁵² on are whole, and their lowest bits are those of an integer.
+        const WHOLE: f64 = (1_u64 << 52) as f64;
+        let nearest = inside + WHOLE;
+        let x = position - (nearest - WHOLE);
         // Within half a spacing of the ends the functions go on as the straight lines that they are at half a spacing.
         let curved = x.clamp(-0.5, 0.5);
-        let (below, above) = ((curved - x).max(0.0), (x - curved).max(0.0));
+        let above = (x - curved).max(0.0);
+        let below = above - (x - curved);
         let (low, high) = (0.5 - curved, 0.5 + curved);
-        let value = [0.5 * low * low + below, 0.75 - curved * curved - below - above, 0.5 * high * high + above, 0.0];
-        (usize::from(upper), Weights { value, gradient: [-low, -2.0 * curved, high, 0.0] })
+        let (first, last) = (0.5 * low * low + below, 0.5 * high * high + above);
+        let value = [first, 1.0 - (first + last), last, 0.0];
+        (nearest.to_bits() as u32 as usize - 1, Weights { value, gradient: [-low, -2.0 * curved, high, 0.0] })
     }
 }
 

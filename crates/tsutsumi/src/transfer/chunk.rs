@@ -25,6 +25,8 @@ pub(super) struct ChunkWeights {
     first_node: [u32; CHUNK],
     /// From a node to the next one along each axis.
     strides: [u32; 3],
+    /// The same way (m).
+    spacing: [f64; 3],
     /// Those beyond the dimensions of space mean nothing.
     along: [AlongAxis; 3],
 }
@@ -42,10 +44,10 @@ pub(super) trait ChunkWork {
 #[derive(Clone, Copy, PartialEq, Eq)]
 pub(super) enum Further {
     Nothing,
-    /// The moments.
-    Moments,
-    /// The moments and what their matrix is divided by.
-    MomentsAndSpreads,
+    /// The ways to the nodes.
+    Arms,
+    /// These, and what the matrix of moments is divided by.
+    ArmsAndSpreads,
 }
 
 /// Weights along an axis: node by node, and for each particle.
@@ -54,9 +56,9 @@ struct AlongAxis {
     /// N (–) and its gradient (1/m).
     value: [[f64; ROOM]; MAX_WIDTH],
     gradient: [[f64; ROOM]; MAX_WIDTH],
-    /// N (x_I − X_p) (m).
-    moment: [[f64; ROOM]; MAX_WIDTH],
-    /// One over Σ_I N (x_I − X_p)² (1/m²), or 0.
+    /// x_I − X_p of the first node (m).
+    arm: [f64; ROOM],
+    /// One over Σ_I N (x_I − X_p)² (1/m²), or 0; 1 where it is not asked for.
     inverse_spread: [f64; CHUNK],
 }
 
@@ -64,7 +66,7 @@ impl AlongAxis {
     const ZEROS: Self = AlongAxis {
         value: [[0.0; ROOM]; MAX_WIDTH],
         gradient: [[0.0; ROOM]; MAX_WIDTH],
-        moment: [[0.0; ROOM]; MAX_WIDTH],
+        arm: [0.0; ROOM],
         inverse_spread: [0.0; CHUNK],
     };
 }
@@ -83,7 +85,15 @@ pub(super) fn with_weights(work: impl FnOnce(&mut ChunkWeights)) {
 impl ChunkWeights {
     const fn new() -> Self {
         let along = [AlongAxis::ZEROS; 3];
-        ChunkWeights { dimension: 0, width: 0, len: 0, first_node: [0; CHUNK], strides: [0; 3], along }
+        ChunkWeights {
+            dimension: 0,
+            width: 0,
+            len: 0,
+            first_node: [0; CHUNK],
+            strides: [0; 3],
+            spacing: [0.0; 3],
+            along,
+        }
     }
 
     /// Does work that is compiled for every dimension of space and width of a stencil.
@@ -125,14 +135,14 @@ impl ChunkWeights {
             #[inline(always)]
             || match further {
                 Further::Nothing => self.find_in_vectors::<S, D, false, false>(shape, grid, places, particles),
-                Further::Moments => self.find_in_vectors::<S, D, true, false>(shape, grid, places, particles),
-                Further::MomentsAndSpreads => self.find_in_vectors::<S, D, true, true>(shape, grid, places, particles),
+                Further::Arms => self.find_in_vectors::<S, D, true, false>(shape, grid, places, particles),
+                Further::ArmsAndSpreads => self.find_in_vectors::<S, D, true, true>(shape, grid, places, particles),
             },
         );
     }
 
     #[inline(always)]
-    fn find_in_vectors<S: ShapeFunction, const D: usize, const MOMENTS: bool, const SPREADS: bool>(
+    fn find_in_vectors<S: ShapeFunction, const D: usize, const ARMS: bool, const SPREADS: bool>(
         &mut self,
         shape: &S,
         grid: &Grid<D>,
@@ -159,13 +169,13 @@ impl ChunkWeights {
         let mut first_node = [0; CHUNK];
         for axis in 0..D {
             let (place, half_size) = (&place[axis], &half_size[axis]);
-            self.find_along::<S, D, MOMENTS, SPREADS>(shape, grid, axis, place, half_size, &mut first_node);
+            self.find_along::<S, D, ARMS, SPREADS>(shape, grid, axis, place, half_size, &mut first_node);
         }
         self.first_node = first_node;
     }
 
     #[inline(always)]
-    fn find_along<S: ShapeFunction, const D: usize, const MOMENTS: bool, const SPREADS: bool>(
+    fn find_along<S: ShapeFunction, const D: usize, const ARMS: bool, const SPREADS: bool>(
         &mut self,
         shape: &S,
         grid: &Grid<D>,
@@ -177,26 +187,27 @@ impl ChunkWeights {
         let num_cells = grid.cells()[axis];
         let stride = grid.node_strides()[axis] as u32;
         let (spacing, inverse_spacing) = (grid.spacing()[axis], grid.inverse_spacing()[axis]);
-        self.strides[axis] = stride;
+        (self.strides[axis], self.spacing[axis]) = (stride, spacing);
         let along = &mut self.along[axis];
+        if ARMS && !SPREADS {
+            along.inverse_spread = [1.0; CHUNK];
+        }
         for i in 0..CHUNK {
             let at = CellOnAxis { cell: index_among_in_vectors(num_cells, place[i]), num_cells };
-            let (before, weights) = shape.reached_weights(at, place[i], half_size[i]);
-            let first = shape.first_node(at) as u32 + before as u32;
-            first_node[i] += first * stride;
-            let mut spread = 0.0;
+            let (first, weights) = shape.reached_weights(at, place[i], half_size[i]);
+            first_node[i] += first as u32 * stride;
             for k in 0..S::REACHED {
                 along.value[k][i] = weights.value[k];
                 along.gradient[k][i] = weights.gradient[k] * inverse_spacing;
-                if MOMENTS {
-                    let arm = (f64::from(first) + k as f64 - place[i]) * spacing;
-                    let moment = weights.value[k] * arm;
-                    along.moment[k][i] = moment;
-                    spread += moment * arm;
-                }
             }
-            if SPREADS {
-                along.inverse_spread[i] = inverse_of_spread(spread, spacing);
+            if ARMS {
+                // Fewer than 2³⁰ nodes: numbers of 31 bits are converted in vectors.
+                let arm = (f64::from(first as i32) - place[i]) * spacing;
+                along.arm[i] = arm;
+                if SPREADS {
+                    let spread = (0..S::REACHED).map(|k| weights.value[k] * square(arm + k as f64 * spacing)).sum();
+                    along.inverse_spread[i] = inverse_of_spread(spread, spacing);
+                }
             }
         }
     }
@@ -219,10 +230,24 @@ impl ChunkWeights {
         self.along[axis].gradient[k][i]
     }
 
-    /// N times the way from the point to the node along the axis (m).
+    /// The weights of node `k` along an axis.
     #[inline(always)]
-    pub(super) fn moment(&self, axis: usize, k: usize, i: usize) -> f64 {
-        self.along[axis].moment[k][i]
+    pub(super) fn of_node(&self, axis: usize, k: usize, i: usize) -> AxisWeights<f64> {
+        AxisWeights { value: self.value(axis, k, i), gradient: self.gradient(axis, k, i) }
+    }
+
+    /// The way from the point to node `k` along the axis (m).
+    #[inline(always)]
+    pub(super) fn arm(&self, axis: usize, k: usize, i: usize) -> f64 {
+        let to_first = self.along[axis].arm[i];
+        // The compiler knows k, but would still multiply by 0.
+        if k == 0 { to_first } else { to_first + k as f64 * self.spacing[axis] }
+    }
+
+    /// From a node to the next one along the axis (m).
+    #[inline(always)]
+    pub(super) fn spacing(&self, axis: usize) -> f64 {
+        self.spacing[axis]
     }
 
     /// N (–) of node `k` along an axis for four particles from number `i` on. After the last particle stands anything.
@@ -237,10 +262,10 @@ impl ChunkWeights {
         four_from(&self.along[axis].gradient[k], i)
     }
 
-    /// N times the ways from the particles to the node along the axis (m).
+    /// The ways from the particles to the first node that they reach along the axis (m).
     #[inline(always)]
-    pub(super) fn moments(&self, axis: usize, k: usize, i: usize) -> [f64; 4] {
-        four_from(&self.along[axis].moment[k], i)
+    pub(super) fn arms(&self, axis: usize, i: usize) -> [f64; 4] {
+        four_from(&self.along[axis].arm, i)
     }
 
     /// The node where a row of a stencil begins, from that where the stencil does; its place along y and z does not count where there are no such
@@ -282,17 +307,15 @@ impl ChunkWeights {
         let reached = if is_there { self.reached::<WIDTH>(axis, i) } else { 0..1 };
         let stride = self.strides[axis];
         reached.map(move |k| match is_there {
-            true => Layer {
-                offset: k as u32 * stride,
-                weights: AxisWeights {
-                    value: self.value(axis, k, i),
-                    gradient: self.gradient(axis, k, i),
-                    moment: self.moment(axis, k, i),
-                },
-            },
-            false => Layer { offset: 0, weights: AxisWeights { value: 1.0, gradient: 0.0, moment: 0.0 } },
+            true => Layer { offset: k as u32 * stride, weights: self.of_node(axis, k, i) },
+            false => Layer { offset: 0, weights: AxisWeights { value: 1.0, gradient: 0.0 } },
         })
     }
+}
+
+#[inline(always)]
+fn square(x: f64) -> f64 {
+    x * x
 }
 
 /// Four numbers from that of particle number `i` on.

@@ -93,7 +93,7 @@ impl<X: Vectors, const D: usize, const FACES: usize> CornerSums<X, D, FACES> {
                         around += along_z(face.moment[1] * momentum_gradient[1][component]);
                     }
                     if D > 2 {
-                        around += face.value * momentum_gradient[2][component] * weights.moment(2, z, i);
+                        around += along_z(face.value * momentum_gradient[2][component]) * weights.arm(2, z, i);
                     }
                     self.momentum[z][component] += around;
                 }
@@ -150,10 +150,11 @@ impl<X: Vectors, const D: usize> FaceWeights<X, D> {
             Four::new(vectors, [lower, lower, upper, upper])
         };
         let (x, y) = (along_x(ChunkWeights::value), along_y(ChunkWeights::value));
+        let value = x * y;
         FaceWeights {
-            value: x * y,
+            value,
             gradient: [along_x(ChunkWeights::gradient) * y, x * along_y(ChunkWeights::gradient)],
-            moment: [along_x(ChunkWeights::moment) * y, x * along_y(ChunkWeights::moment)],
+            moment: [value * along_x(ChunkWeights::arm), value * along_y(ChunkWeights::arm)],
         }
     }
 }
@@ -179,10 +180,10 @@ impl<const D: usize, const A: bool, const M: bool> Kernel for GatherCorners<'_, 
         while i < len {
             let first_node = weights.first_node(i);
             let found_here = corners.sums::<X, A, M>(vectors, first_node, i);
+            found_here.give_variation::<M>(start + i, &mut found);
             if !gradients_only {
                 found_here.give_velocity::<A>(start + i, &mut found);
             }
-            found_here.give_variation::<M>(start + i, &mut found);
             i += 1;
             let end = len.min(i + 3);
             while i < end && weights.first_node(i) == first_node {
@@ -208,7 +209,7 @@ impl<const D: usize> Corners<'_, D> {
         first_node: u32,
         i: usize,
     ) -> Sums<OfFour<X, D>, D> {
-        let along = |axis: usize, k: usize| weights_of_four::<X, M>(vectors, self.weights, axis, k, i);
+        let along = |axis: usize, k: usize| weights_of_four(vectors, self.weights, axis, k, i);
         let x = [along(0, 0), along(0, 1)];
         let zeros = Sums::zeros(OfFour([Four::splat(vectors, -0.0); D]));
         let mut sums = zeros;
@@ -228,24 +229,29 @@ impl<const D: usize> Corners<'_, D> {
             }
             sums.add::<_, A, M>(&face, 2, &along(2, z as usize));
         }
+        if M {
+            for axis in 0..D {
+                let spacing = Four::splat(vectors, self.weights.spacing(axis));
+                let to_first = Four::new(vectors, self.weights.arms(axis, i));
+                sums.finish_moment(axis, to_first + spacing, spacing * -1.0);
+            }
+        }
         sums
     }
 }
 
-/// Weights of four particles at a node along an axis; moments only if they are wanted.
+/// Weights of four particles at a node along an axis.
 #[inline(always)]
-fn weights_of_four<X: Vectors, const M: bool>(
+fn weights_of_four<X: Vectors>(
     vectors: X,
     weights: &ChunkWeights,
     axis: usize,
     k: usize,
     i: usize,
 ) -> AxisWeights<Four<X>> {
-    let moments = if M { weights.moments(axis, k, i) } else { [0.0; 4] };
     AxisWeights {
         value: Four::new(vectors, weights.values(axis, k, i)),
         gradient: Four::new(vectors, weights.gradients(axis, k, i)),
-        moment: Four::new(vectors, moments),
     }
 }
 

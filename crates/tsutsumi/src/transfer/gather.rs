@@ -3,7 +3,7 @@ use std::ops::Range;
 use super::Gathered;
 use super::chunk::{ChunkWeights, ChunkWork};
 use super::corners::GatherCorners;
-use super::rows::first_lanes;
+use super::rows::{Row, first_lanes};
 use super::stencil::Stencil;
 use super::sums::{AxisWeights, Sums};
 use crate::grid::{Grid, NodeFields};
@@ -147,16 +147,16 @@ impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Gather<'_
         let (velocity, acceleration) = (velocity.as_chunks().0, acceleration.as_chunks().0);
         // One length, known to be the same: one check per row.
         let acceleration = if A { &acceleration[..velocity.len()] } else { acceleration };
-        for i in 0..weights.len().min(BLOCK - start) {
+        for (i, p) in (start..BLOCK).enumerate().take(weights.len()) {
             let reached = if D > 2 { weights.reached::<WIDTH>(0, i) } else { 0..WIDTH };
             let sums = match reached.len() == WIDTH {
                 true => Self::sums::<X, V>(vectors, weights, i, reached, velocity, acceleration),
                 false => Self::sums::<X, LESS>(vectors, weights, i, reached, velocity, acceleration),
             };
+            sums.give_variation::<M>(p, &mut found);
             if !gradients_only {
-                sums.give_velocity::<A>(start + i, &mut found);
+                sums.give_velocity::<A>(p, &mut found);
             }
-            sums.give_variation::<M>(start + i, &mut found);
         }
     }
 
@@ -170,77 +170,108 @@ impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Gather<'_
         velocity: &[[f64; D]],
         acceleration: &[[f64; D]],
     ) -> Sums<Four<X>, D> {
-        let along_x = AlongX::<X, V>::new::<M, D, WIDTH>(vectors, weights, i, reached.start);
-        let nodes = if D > 2 { V } else { WIDTH };
-        let first_node = weights.first_node(i) + reached.start as u32;
-        let along_y = weights.layers::<D, WIDTH>(1, i);
-        let mut sums = Sums::zeros(Four::splat(vectors, -0.0));
-        for z in weights.layers::<D, WIDTH>(2, i) {
-            let mut layer = Sums::zeros(Four::splat(vectors, -0.0));
-            for y in along_y.clone() {
-                let first = (first_node + z.offset + y.offset) as usize;
-                let row = first..first + nodes;
-                let acceleration = if A { &acceleration[row.clone()] } else { acceleration };
-                let row = along_x.sum::<A, M, D>(vectors, &velocity[row], acceleration);
-                layer.add::<_, A, M>(&row, 1, &y.weights);
+        let nodes = Nodes { first: weights.first_node(i) + reached.start as u32, velocity, acceleration };
+        let mut sums = match D > 2 {
+            true => nodes.sum_layers::<X, V, WIDTH, A, M>(vectors, weights, i, reached),
+            false => nodes.sum_columns::<X, V, WIDTH, A, M>(vectors, weights, i),
+        };
+        if M {
+            for axis in 1..D {
+                let last = weights.reached::<WIDTH>(axis, i).end - 1;
+                sums.finish_moment(axis, weights.arm(axis, last, i), -weights.spacing(axis));
             }
-            sums.add::<_, A, M>(&layer, 2, &z.weights);
         }
         sums
     }
 }
 
-/// A particle's weights along x, spread over the components of the nodes in each vector of a row.
-struct AlongX<X: Vectors, const V: usize>([AxisWeights<Four<X>>; V]);
+/// The fields of the nodes, and the first one that a particle reaches.
+struct Nodes<'a, const D: usize> {
+    first: u32,
+    velocity: &'a [[f64; D]],
+    acceleration: &'a [[f64; D]],
+}
 
-impl<X: Vectors, const V: usize> AlongX<X, V> {
-    /// Moments only if they are wanted.
+impl<const D: usize> Nodes<'_, D> {
+    /// In space: the nodes of a row, each in a vector of its own, the rows of a layer, the layers.
     #[inline(always)]
-    fn new<const M: bool, const D: usize, const WIDTH: usize>(
+    fn sum_layers<X: Vectors, const V: usize, const WIDTH: usize, const A: bool, const M: bool>(
+        &self,
         vectors: X,
         weights: &ChunkWeights,
         i: usize,
-        start: usize,
-    ) -> Self {
-        let zero = Four::splat(vectors, 0.0);
-        let mut along = [AxisWeights { value: zero, gradient: zero, moment: zero }; V];
-        for (v, along) in along.iter_mut().enumerate() {
-            let first = start + v * nodes_per_vector(D);
-            let spread = |of: &dyn Fn(usize) -> f64| {
-                // A vector may be longer than what is left of the row.
-                let at = |lane: usize| match first + (lane / D).min(nodes_per_vector(D) - 1) {
-                    node if node < WIDTH => of(node),
-                    _ => 0.0,
-                };
-                Four::new(vectors, [at(0), at(1), at(2), at(3)])
-            };
-            along.value = spread(&|k| weights.value(0, k, i));
-            along.gradient = spread(&|k| weights.gradient(0, k, i));
-            if M {
-                along.moment = spread(&|k| weights.moment(0, k, i));
-            }
-        }
-        AlongX(along)
-    }
-
-    /// The sums over a row.
-    #[inline(always)]
-    fn sum<const A: bool, const M: bool, const D: usize>(
-        &self,
-        vectors: X,
-        velocity: &[[f64; D]],
-        acceleration: &[[f64; D]],
+        reached: Range<usize>,
     ) -> Sums<Four<X>, D> {
+        let along_x: [AxisWeights<f64>; V] = std::array::from_fn(|v| weights.of_node(0, reached.start + v, i));
+        let along_y = weights.layers::<D, WIDTH>(1, i);
         let zero = Four::splat(vectors, -0.0);
         let mut sums = Sums::zeros(zero);
-        for v in 0..V {
-            let velocity = vector_of_row(vectors, velocity, v);
-            let acceleration = if A { vector_of_row(vectors, acceleration, v) } else { zero };
-            let part = Sums { velocity, acceleration, ..Sums::zeros(zero) };
-            sums.add::<_, A, M>(&part, 0, &self.0[v]);
+        for z in weights.layers::<D, WIDTH>(2, i) {
+            let mut layer = Sums::zeros(zero);
+            for y in along_y.clone() {
+                let first = (self.first + z.offset + y.offset) as usize;
+                let velocity = &self.velocity[first..first + V];
+                let acceleration = if A { &self.acceleration[first..first + V] } else { self.acceleration };
+                let mut row = Sums::zeros(zero);
+                for (v, x) in along_x.iter().enumerate() {
+                    let velocity = vector_of_row(vectors, velocity, v);
+                    let acceleration = if A { vector_of_row(vectors, acceleration, v) } else { zero };
+                    row.add::<_, A, M>(&Sums { velocity, acceleration, ..Sums::zeros(zero) }, 0, x);
+                }
+                layer.add::<_, A, M>(&row, 1, &y.weights);
+            }
+            sums.add::<_, A, M>(&layer, 2, &z.weights);
+        }
+        if M {
+            sums.finish_moment(0, weights.arm(0, reached.end - 1, i), -weights.spacing(0));
         }
         sums
     }
+
+    /// In the plane: the rows as they lie in memory, with the weights along y; then the nodes of their sum, of which several are in a vector.
+    #[inline(always)]
+    fn sum_columns<X: Vectors, const V: usize, const WIDTH: usize, const A: bool, const M: bool>(
+        &self,
+        vectors: X,
+        weights: &ChunkWeights,
+        i: usize,
+    ) -> Sums<Four<X>, D> {
+        let zero = Row::<X, V>::zeros(vectors);
+        let mut columns = Sums::<_, D>::zeros(zero);
+        for y in weights.layers::<D, WIDTH>(1, i) {
+            let first = (self.first + y.offset) as usize;
+            let row = |field: &[[f64; D]]| Row::of_numbers(vectors, field[first..first + WIDTH].as_flattened());
+            let acceleration = if A { row(self.acceleration) } else { zero };
+            let row = Sums { velocity: row(self.velocity), acceleration, ..Sums::zeros(zero) };
+            columns.add::<_, A, M>(&row, 1, &y.weights);
+        }
+        let value = along_x::<X, V, D, WIDTH>(vectors, |k| weights.value(0, k, i));
+        let gradient = along_x::<X, V, D, WIDTH>(vectors, |k| weights.gradient(0, k, i));
+        let mut sums = Sums::zeros(Four::splat(vectors, -0.0));
+        sums.velocity = columns.velocity.dot(vectors, value);
+        sums.gradient[0] = columns.velocity.dot(vectors, gradient);
+        if A {
+            sums.acceleration = columns.acceleration.dot(vectors, value);
+        }
+        for axis in 1..D {
+            sums.gradient[axis] = columns.gradient[axis].dot(vectors, value);
+            sums.moment[axis] = columns.moment[axis].dot(vectors, value);
+        }
+        if M {
+            let arm = along_x::<X, V, D, WIDTH>(vectors, |k| weights.arm(0, k, i));
+            sums.moment[0] = columns.velocity.dot(vectors, value * arm);
+        }
+        sums
+    }
+}
+
+/// One number for each of the `WIDTH` nodes of a row, and zeros for what the vectors are longer.
+#[inline(always)]
+fn along_x<X: Vectors, const V: usize, const D: usize, const WIDTH: usize>(
+    vectors: X,
+    of_node: impl Fn(usize) -> f64,
+) -> Row<X, V> {
+    Row::of_nodes(vectors, D, |k| if k < WIDTH { of_node(k) } else { 0.0 })
 }
 
 /// Vector number `v` of a row of nodes.
@@ -252,9 +283,9 @@ fn vector_of_row<X: Vectors, const D: usize>(vectors: X, row: &[[f64; D]], v: us
         return Four::new(vectors, *four);
     }
     if D == 3 {
-        // The last node of the row: what stands in the last lane means nothing.
-        if let Some(&[x, y, z]) = numbers[start..].first_chunk() {
-            return Four::new(vectors, [x, y, z, z]);
+        // The last node of the row, with the number before it: what stands in the last lane means nothing.
+        if let Some(&[before, x, y, z]) = numbers[start - 1..].first_chunk() {
+            return Four::new(vectors, [x, y, z, before]);
         }
     }
     first_lanes(vectors, &numbers[start..])

@@ -34,6 +34,26 @@ impl<X: Vectors, const V: usize> Row<X, V> {
         row
     }
 
+    /// The numbers of a row, with zeros after them.
+    #[inline(always)]
+    pub(super) fn of_numbers(vectors: X, numbers: &[f64]) -> Self {
+        let mut row = Row::zeros(vectors);
+        for (four, numbers) in row.0.iter_mut().zip(numbers.chunks(4)) {
+            *four = first_lanes(vectors, numbers);
+        }
+        row
+    }
+
+    /// The sum of the products, vector by vector.
+    #[inline(always)]
+    pub(super) fn dot(self, vectors: X, other: Self) -> Four<X> {
+        let mut sum = Four::splat(vectors, -0.0);
+        for v in 0..V {
+            sum += self.0[v] * other.0[v];
+        }
+        sum
+    }
+
     /// Adds the numbers to those of a row.
     #[inline(always)]
     pub(super) fn add_to(self, vectors: X, values: &mut [f64]) {

@@ -3,6 +3,7 @@ use super::corners::SpreadCorners;
 use super::rows::Row;
 use crate::lanes::{self, Kernel, Vectors};
 use crate::particles::{LocalMotion, Particles};
+use crate::shape::MAX_WIDTH;
 
 /// Adds the sums of Eqs. (5) and (10) over a chunk of particles to the nodes, a row of nodes at a time.
 ///
@@ -101,10 +102,7 @@ impl<const D: usize, const WIDTH: usize, const AROUND: bool> Spread<'_, D, WIDTH
         let (sources, mut nodes) = (SourcesIn::<D>::new(&sources), NodesIn::<D>::new(nodes));
         for (i, &p) in numbers.iter().enumerate().take(weights.len()) {
             let p = p as usize;
-            let mut gifts = Gifts::<X, V, D>::new(vectors, weights, i, &sources, p);
-            if AROUND {
-                gifts.go_round(vectors, weights, i, sources.momentum_gradient(weights, i, p));
-            }
+            let gifts = Gifts::<X, V, D>::new::<WIDTH, AROUND>(vectors, weights, i, &sources, p);
             gifts.add::<WIDTH, AROUND>(vectors, weights, i, &mut nodes);
         }
     }
@@ -117,7 +115,6 @@ pub(super) struct SourcesIn<'a, const D: usize> {
     pub(super) volume: &'a [f64],
     in_plane: &'a [[f64; 4]],
     out_of_plane: &'a [[f64; 2]],
-    are_moments: bool,
     motion: &'a [[[f64; D]; D]],
 }
 
@@ -151,7 +148,6 @@ impl<'a, const D: usize> SourcesIn<'a, D> {
             volume: &sources.volume[..len],
             in_plane: &sources.in_plane[..len],
             out_of_plane: &sources.out_of_plane[..len],
-            are_moments: sources.local_motion == LocalMotion::Moments,
             motion: sources.motion.as_chunks().0.as_chunks().0,
         }
     }
@@ -171,7 +167,7 @@ impl<'a, const D: usize> SourcesIn<'a, D> {
     pub(super) fn momentum_gradient(&self, weights: &ChunkWeights, i: usize, p: usize) -> [[f64; D]; D] {
         let (mass, motion) = (self.mass[p], self.motion[p]);
         std::array::from_fn(|j| {
-            let factor = if self.are_moments { mass * weights.inverse_spread(j, i) } else { mass };
+            let factor = mass * weights.inverse_spread(j, i);
             motion[j].map(|component| component * factor)
         })
     }
@@ -179,42 +175,66 @@ impl<'a, const D: usize> SourcesIn<'a, D> {
 
 /// What a particle gives to a row of nodes, but for the weights along the other axes.
 struct Gifts<X: Vectors, const V: usize, const D: usize> {
-    mass: Row<X, 1>,
+    mass: [f64; MAX_WIDTH],
+    /// In the first row of the first layer.
     momentum: Row<X, V>,
-    /// Per distance of the row along an axis; that along x is in the momentum.
-    momentum_gradient: [Row<X, V>; D],
+    /// From a row to the next one along an axis; along x it is in the momentum.
+    momentum_step: [Row<X, V>; D],
     /// To be multiplied by the gradient along an axis in place of the value; that along x by values alone.
     force: [Row<X, V>; D],
 }
 
 impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     #[inline(always)]
-    fn new(vectors: X, weights: &ChunkWeights, i: usize, from: &SourcesIn<D>, p: usize) -> Self {
-        let (mass, velocity) = (from.mass[p], from.velocity[p]);
+    fn new<const WIDTH: usize, const AROUND: bool>(
+        vectors: X,
+        weights: &ChunkWeights,
+        i: usize,
+        from: &SourcesIn<D>,
+        p: usize,
+    ) -> Self {
+        let mass = from.mass[p];
         let (stress, volume) = (from.stress(p), from.volume[p]);
         let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
         let gradient = Row::of_nodes(vectors, D, |k| weights.gradient(0, k, i));
-        let momentum = Row::of_components::<D>(vectors, std::array::from_fn(|i| velocity[i] * mass));
         let mut force = [Row::zeros(vectors); D];
         for j in 0..D {
             let column = Row::of_components::<D>(vectors, std::array::from_fn(|i| stress[i][j] * -volume));
             force[j] = column * if j == 0 { gradient } else { value };
         }
-        let mass = Row::of_nodes(vectors, 1, |k| weights.value(0, k, i)) * mass;
-        Gifts { mass, momentum: momentum * value, momentum_gradient: [Row::zeros(vectors); D], force }
+        let (momentum, momentum_step) = Self::momentum::<WIDTH, AROUND>(vectors, weights, i, from, p, value);
+        let mass = std::array::from_fn(|k| weights.value(0, k, i) * mass);
+        Gifts { mass, momentum, momentum_step, force }
     }
 
-    /// With the momentum of a motion around the particle, whose gradient stands column by column (kg/s).
+    /// The momentum in the first row, which has these values along x, and the steps to others. What goes round the particle varies linearly from
+    /// node to node.
     #[inline(always)]
-    fn go_round(&mut self, vectors: X, weights: &ChunkWeights, i: usize, columns: [[f64; D]; D]) {
-        let moment = Row::of_nodes(vectors, D, |k| weights.moment(0, k, i));
-        let value = Row::of_nodes(vectors, D, |k| weights.value(0, k, i));
-        self.momentum += moment * Row::of_components(vectors, columns[0]);
-        for (j, column) in columns.into_iter().enumerate() {
-            if j > 0 {
-                self.momentum_gradient[j] = value * Row::of_components(vectors, column);
-            }
+    fn momentum<const WIDTH: usize, const AROUND: bool>(
+        vectors: X,
+        weights: &ChunkWeights,
+        i: usize,
+        from: &SourcesIn<D>,
+        p: usize,
+        value: Row<X, V>,
+    ) -> (Row<X, V>, [Row<X, V>; D]) {
+        let mut steps = [Row::zeros(vectors); D];
+        let mut momentum = from.velocity[p].map(|component| component * from.mass[p]);
+        if !AROUND {
+            return (value * Row::of_components(vectors, momentum), steps);
         }
+        let columns = from.momentum_gradient(weights, i, p);
+        for j in 1..D {
+            let arm = weights.arm(j, weights.reached::<WIDTH>(j, i).start, i);
+            for component in 0..D {
+                momentum[component] += columns[j][component] * arm;
+            }
+            let step = columns[j].map(|component| component * weights.spacing(j));
+            steps[j] = value * Row::of_components(vectors, step);
+        }
+        let arm = Row::of_nodes(vectors, D, |k| weights.arm(0, k, i));
+        let along_x = Row::of_components(vectors, momentum) + arm * Row::of_components(vectors, columns[0]);
+        (value * along_x, steps)
     }
 
     #[inline(always)]
@@ -227,66 +247,54 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     ) {
         let first = weights.first_node(i) - nodes.first;
         let along_y = weights.layers::<D, WIDTH>(1, i);
+        let mut momentum_of_layer = self.momentum;
         for z in weights.layers::<D, WIDTH>(2, i) {
-            let layer = if D > 2 { self.layer::<AROUND>(&z) } else { LayerRows::of_plane(self, vectors) };
+            let forces = if D > 2 { self.forces_in_layer(&z) } else { ForceRows::of_plane(self, vectors) };
+            let mut momentum = momentum_of_layer;
             for y in along_y.clone() {
+                let value = y.weights.value * z.weights.value;
                 let row = (first + z.offset + y.offset) as usize;
                 let row = row..row + WIDTH;
-                (layer.mass * y.weights.value).add_to(vectors, &mut nodes.mass[row.clone()]);
-                let mut momentum = layer.momentum * y.weights.value;
-                let mut force = layer.force * y.weights.value;
+                for (at_node, mass) in nodes.mass[row.clone()].iter_mut().zip(self.mass) {
+                    *at_node += mass * value;
+                }
+                (momentum * value).add_to(vectors, nodes.momentum[row.clone()].as_flattened_mut());
+                let mut force = forces.by_value * y.weights.value;
                 if D > 1 {
-                    force += layer.force_by_gradient * y.weights.gradient;
+                    force += forces.by_gradient * y.weights.gradient;
                 }
-                if AROUND && D > 1 {
-                    momentum += layer.momentum_gradient * y.weights.moment;
-                }
-                momentum.add_to(vectors, nodes.momentum[row.clone()].as_flattened_mut());
                 force.add_to(vectors, nodes.force[row].as_flattened_mut());
+                if AROUND && D > 1 {
+                    momentum += self.momentum_step[1];
+                }
+            }
+            if AROUND && D > 2 {
+                momentum_of_layer += self.momentum_step[2];
             }
         }
     }
 
     /// With the weights along z.
     #[inline(always)]
-    fn layer<const AROUND: bool>(&self, z: &Layer) -> LayerRows<X, V> {
-        let mut momentum = self.momentum * z.weights.value;
-        if AROUND {
-            momentum += self.momentum_gradient[2] * z.weights.moment;
-        }
-        LayerRows {
-            mass: self.mass * z.weights.value,
-            momentum,
-            momentum_gradient: self.momentum_gradient[1] * z.weights.value,
-            force: self.force[0] * z.weights.value + self.force[2] * z.weights.gradient,
-            force_by_gradient: self.force[1] * z.weights.value,
+    fn forces_in_layer(&self, z: &Layer) -> ForceRows<X, V> {
+        ForceRows {
+            by_value: self.force[0] * z.weights.value + self.force[2] * z.weights.gradient,
+            by_gradient: self.force[1] * z.weights.value,
         }
     }
 }
 
-/// What a particle gives to a row of nodes in a layer along z, but for the weights along y.
-struct LayerRows<X: Vectors, const V: usize> {
-    mass: Row<X, 1>,
-    momentum: Row<X, V>,
-    /// Per distance of the row along y.
-    momentum_gradient: Row<X, V>,
-    /// To be multiplied by the value and by the gradient along y.
-    force: Row<X, V>,
-    force_by_gradient: Row<X, V>,
+/// The force of a particle on a row of nodes in a layer along z, to be multiplied by the value and by the gradient along y.
+struct ForceRows<X: Vectors, const V: usize> {
+    by_value: Row<X, V>,
+    by_gradient: Row<X, V>,
 }
 
-impl<X: Vectors, const V: usize> LayerRows<X, V> {
+impl<X: Vectors, const V: usize> ForceRows<X, V> {
     /// In the plane there is one layer.
     #[inline(always)]
     fn of_plane<const D: usize>(rows: &Gifts<X, V, D>, vectors: X) -> Self {
-        let zeros = Row::zeros(vectors);
-        let at = |rows: &[Row<X, V>; D]| if D > 1 { rows[D.min(2) - 1] } else { zeros };
-        LayerRows {
-            mass: rows.mass,
-            momentum: rows.momentum,
-            momentum_gradient: at(&rows.momentum_gradient),
-            force: rows.force[0],
-            force_by_gradient: at(&rows.force),
-        }
+        let by_gradient = if D > 1 { rows.force[D.min(2) - 1] } else { Row::zeros(vectors) };
+        ForceRows { by_value: rows.force[0], by_gradient }
     }
 }

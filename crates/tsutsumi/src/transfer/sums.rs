@@ -6,8 +6,6 @@ pub(super) struct AxisWeights<W> {
     /// N (–) and its gradient (1/m).
     pub(super) value: W,
     pub(super) gradient: W,
-    /// N times the way from the point there (m).
-    pub(super) moment: W,
 }
 
 /// Sums over nodes: `T` is a vector of the grid, for one particle or several.
@@ -17,7 +15,7 @@ pub(super) struct Sums<T, const D: usize> {
     pub(super) acceleration: T,
     /// With the gradient along an axis in place of the value.
     pub(super) gradient: [T; D],
-    /// With the value times the way along an axis.
+    /// With the value times the steps along an axis from a node to the last one, until [`Sums::finish_moment`] makes the moment of it.
     pub(super) moment: [T; D],
 }
 
@@ -28,8 +26,8 @@ impl<T: Copy + AddAssign, const D: usize> Sums<T, D> {
         Sums { velocity: zero, acceleration: zero, gradient: [zero; D], moment: [zero; D] }
     }
 
-    /// Adds what a node, row or layer has, with its weights along an axis; only along the axes before this one does it vary so far. Along an axis
-    /// that space does not have there is one part, which is all. Accelerations (`A`) and moments (`M`) only if they are wanted.
+    /// Adds what the next node, row or layer has, with its weights along an axis; only along the axes before this one does it vary so far. Along
+    /// an axis that space does not have there is one part, which is all. Accelerations (`A`) and moments (`M`) only if they are wanted.
     #[inline(always)]
     pub(super) fn add<W: Copy, const A: bool, const M: bool>(
         &mut self,
@@ -43,6 +41,10 @@ impl<T: Copy + AddAssign, const D: usize> Sums<T, D> {
             *self = *part;
             return;
         }
+        if M {
+            // All that came before is a step farther from the last.
+            self.moment[axis] += self.velocity;
+        }
         self.velocity += part.velocity * weights.value;
         if A {
             self.acceleration += part.acceleration * weights.value;
@@ -54,8 +56,20 @@ impl<T: Copy + AddAssign, const D: usize> Sums<T, D> {
             }
         }
         self.gradient[axis] += part.velocity * weights.gradient;
-        if M {
-            self.moment[axis] += part.velocity * weights.moment;
-        }
+    }
+
+    /// The moment along an axis, Σ N v (x_I − X_p), by the way from the point to the last node (m) and minus that from node to node (m):
+    ///
+    /// ```text
+    /// x_I − X_p = (x_last − X_p) − h (last − I)
+    /// ```
+    #[inline(always)]
+    pub(super) fn finish_moment<W: Copy>(&mut self, axis: usize, to_last: W, minus_spacing: W)
+    where
+        T: Mul<W, Output = T>,
+    {
+        let mut moment = self.velocity * to_last;
+        moment += self.moment[axis] * minus_spacing;
+        self.moment[axis] = moment;
     }
 }
