@@ -426,6 +426,9 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
                     let next = if is_far { standing_together(&listed[(place + numbers.len())..]) } else { 0..0 };
                     fetch(&particles.position, next.clone());
                     fetch(&particles.velocity, next.clone());
+                    if S::REACH > 0.0 {
+                        fetch(&particles.half_size_at_start, next.clone());
+                    }
                     match consecutive(numbers) {
                         Some(range) => weights.find(self, grid, particles.places(), further, range),
                         None => {

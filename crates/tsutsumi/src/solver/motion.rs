@@ -308,6 +308,9 @@ impl<const D: usize> FollowStep<'_, D> {
         let gathers = pass.velocity || pass.position;
         // The fields of the next block come a few at a time, each long before it is needed.
         fetch(next.position, 0..ahead);
+        if at.transfer.reach() > 0.0 {
+            fetch(next.half_size_at_start, 0..ahead);
+        }
         if gathers {
             let wanted = Wanted {
                 acceleration: self.velocity_update.needs_acceleration(),
