@@ -192,6 +192,30 @@ mod tests {
         assert!(visits.iter().enumerate().all(|(i, &visit)| visit == i));
     }
 
+    /// A fused product and sum would differ in the last bits.
+    #[test]
+    fn vectors_round_as_single_numbers_do() {
+        let values: Vec<f64> = (1..100).map(|i| 1.0 / f64::from(i)).collect();
+        let polynomial = |x: f64| (x * x + x) * 3.0 - x;
+        let mut in_vectors = values.clone();
+        vectorized(
+            #[inline(always)]
+            || in_vectors.iter_mut().for_each(|x| *x = polynomial(*x)),
+        );
+        for (x, value) in values.into_iter().zip(in_vectors) {
+            assert_eq!(polynomial(std::hint::black_box(x)).to_bits(), value.to_bits());
+        }
+    }
+
+    #[test]
+    fn what_is_not_there_is_not_fetched() {
+        let values = [1.0; 10];
+        for range in [0..10, 5..70, 10..20, 20..30] {
+            fetch(&values, range);
+        }
+        fetch::<f64>(&[], 0..64);
+    }
+
     #[test]
     fn nothing_is_one_piece() {
         assert_eq!(fold(0..0, 8, &|range: Range<usize>| range.len(), &|a, b| a + b), 0);

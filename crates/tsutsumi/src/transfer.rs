@@ -632,6 +632,17 @@ mod tests {
     use crate::shape::{CubicBSpline, Gimp, Linear, QuadraticBSpline};
     use crate::tensor::Sym3;
 
+    #[test]
+    fn only_neighbours_in_memory_are_asked_for() {
+        let listed: Vec<u32> = (100..200).collect();
+        assert_eq!(standing_together(&listed), 100..100 + CHUNK);
+        assert_eq!(standing_together(&listed[97..]), 197..200);
+        assert_eq!(standing_together(&[7, 9, 8, 70]), 7..71);
+        for apart in [&[][..], &[7, 72], &[7, 6]] {
+            assert!(standing_together(apart).is_empty());
+        }
+    }
+
     /// Particles at odds with a grid of four cells along each axis, with some motion around them.
     fn ground<const D: usize>(grid: &Grid<D>) -> Particles<D> {
         let mut particles = Particles::default();

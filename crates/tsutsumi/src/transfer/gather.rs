@@ -13,7 +13,7 @@ use crate::particles::Places;
 use crate::shape::ShapeFunction;
 use crate::tensor::{Matrix, Vector};
 
-/// What one particle finds on the grid: the plain sums, which [`GatherBlock`] makes for a row of nodes at a time.
+/// What one particle finds on the grid: the plain sums, which [`GatherChunk`] makes for a row of nodes at a time.
 #[inline(always)]
 pub(super) fn gather_plainly<S: ShapeFunction, const D: usize>(
     shape: &S,
@@ -57,7 +57,7 @@ pub(super) struct GatherChunk<'a> {
     pub(super) found: Found<'a>,
 }
 
-/// The components of [`GatheredBlock`], each for a whole block; the moments are matrices column by column.
+/// The components of [`GatheredBlock`](super::GatheredBlock), each for a whole block; the moments are matrices column by column.
 pub(super) struct Found<'a> {
     pub(super) velocity: &'a mut [[f64; BLOCK]],
     pub(super) acceleration: &'a mut [[f64; BLOCK]],
