@@ -1,7 +1,7 @@
 //! Vectors of four numbers, as wide as the processor at hand can take them.
 //!
 //! A [`Kernel`] is compiled for every processor, for those with vectors of four numbers (AVX2), and, if it says so, for those that keep 32 of them
-//! in registers (AVX-512); [`run`] finds out. All give the same bits: products and sums are not fused, and nothing is summed in another order.
+//! in registers (AVX-512); [`run`] finds out. Where lanes are particles it takes as many as a register holds ([`Lanes`]). All give the same bits: products and sums are not fused, and nothing is summed in another order.
 
 use std::ops::{Add, AddAssign, Mul, MulAssign};
 
@@ -9,6 +9,8 @@ use std::ops::{Add, AddAssign, Mul, MulAssign};
 pub(crate) trait Vectors: Copy {
     /// The four numbers.
     type Four: Copy;
+    /// As many numbers as a register holds, where lanes are particles.
+    type Widest: Lanes<Self>;
 
     /// Four numbers from an array.
     fn pack(self, values: [f64; 4]) -> Self::Four;
@@ -53,12 +55,29 @@ pub(crate) fn run<K: Kernel>(kernel: K) {
     kernel.run(Portable);
 }
 
+/// Numbers side by side, as many as the type says.
+pub(crate) trait Lanes<V>: Copy + Add<Output = Self> + AddAssign + Mul<Output = Self> + MulAssign {
+    /// How many: at most [`MOST_LANES`].
+    const COUNT: usize;
+
+    /// All the same.
+    fn splat(vectors: V, value: f64) -> Self;
+    /// The first of these.
+    fn first_of(vectors: V, values: &[f64; MOST_LANES]) -> Self;
+    /// Stores the numbers, or as many as there is room for.
+    fn store(self, to: &mut [f64]);
+}
+
+/// The most numbers side by side.
+pub(crate) const MOST_LANES: usize = 8;
+
 /// Vectors that every processor has.
 #[derive(Clone, Copy)]
 pub(crate) struct Portable;
 
 impl Vectors for Portable {
     type Four = wide::f64x4;
+    type Widest = Four<Portable>;
 
     #[inline(always)]
     fn pack(self, values: [f64; 4]) -> Self::Four {
@@ -84,9 +103,10 @@ impl Vectors for Portable {
 /// Four numbers in a register, also where it would hold eight.
 #[cfg(target_arch = "x86_64")]
 macro_rules! in_registers_of_four {
-    ($($machine:ty),*) => {$(
+    ($($machine:ty, $widest:ty);*) => {$(
         impl Vectors for $machine {
             type Four = pulp::f64x4;
+            type Widest = $widest;
 
             #[inline(always)]
             fn pack(self, values: [f64; 4]) -> Self::Four {
@@ -112,7 +132,7 @@ macro_rules! in_registers_of_four {
 }
 
 #[cfg(target_arch = "x86_64")]
-in_registers_of_four!(pulp::x86::V3, pulp::x86::V4);
+in_registers_of_four!(pulp::x86::V3, Four<pulp::x86::V3>; pulp::x86::V4, Eight);
 
 /// Four numbers side by side.
 #[derive(Clone, Copy)]
@@ -138,6 +158,98 @@ impl<V: Vectors> Four<V> {
     #[inline(always)]
     pub(crate) fn to_array(self) -> [f64; 4] {
         self.vectors.unpack(self.values)
+    }
+}
+
+impl<V: Vectors> Lanes<V> for Four<V> {
+    const COUNT: usize = 4;
+
+    #[inline(always)]
+    fn splat(vectors: V, value: f64) -> Self {
+        Four::splat(vectors, value)
+    }
+
+    #[inline(always)]
+    fn first_of(vectors: V, values: &[f64; MOST_LANES]) -> Self {
+        Four::new(vectors, [values[0], values[1], values[2], values[3]])
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f64]) {
+        store(self.to_array(), to);
+    }
+}
+
+/// Stores some numbers, or as many as there is room for.
+#[inline(always)]
+fn store<const N: usize>(lanes: [f64; N], to: &mut [f64]) {
+    match to.first_chunk_mut() {
+        Some(to) => *to = lanes,
+        None => to.iter_mut().zip(lanes).for_each(|(to, lane)| *to = lane),
+    }
+}
+
+/// Eight numbers side by side.
+#[cfg(target_arch = "x86_64")]
+#[derive(Clone, Copy)]
+pub(crate) struct Eight {
+    vectors: pulp::x86::V4,
+    values: pulp::f64x8,
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Lanes<pulp::x86::V4> for Eight {
+    const COUNT: usize = 8;
+
+    #[inline(always)]
+    fn splat(vectors: pulp::x86::V4, value: f64) -> Self {
+        Eight { vectors, values: vectors.splat_f64x8(value) }
+    }
+
+    #[inline(always)]
+    fn first_of(vectors: pulp::x86::V4, values: &[f64; MOST_LANES]) -> Self {
+        Eight { vectors, values: pulp::cast(*values) }
+    }
+
+    #[inline(always)]
+    fn store(self, to: &mut [f64]) {
+        store::<8>(pulp::cast(self.values), to);
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Add for Eight {
+    type Output = Self;
+
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        Eight { values: self.vectors.add_f64x8(self.values, other.values), ..self }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl AddAssign for Eight {
+    #[inline(always)]
+    fn add_assign(&mut self, other: Self) {
+        *self = *self + other;
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl Mul for Eight {
+    type Output = Self;
+
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        Eight { values: self.vectors.mul_f64x8(self.values, other.values), ..self }
+    }
+}
+
+#[cfg(target_arch = "x86_64")]
+impl MulAssign for Eight {
+    #[inline(always)]
+    fn mul_assign(&mut self, other: Self) {
+        *self = *self * other;
     }
 }
 

@@ -4,6 +4,7 @@ use std::ops::Range;
 use super::stencil::inverse_of_spread;
 use super::sums::AxisWeights;
 use crate::grid::{Grid, index_among_in_vectors};
+use crate::lanes::MOST_LANES;
 use crate::parallel::vectorized;
 use crate::particles::Places;
 use crate::shape::{CellOnAxis, MAX_WIDTH, ShapeFunction};
@@ -12,7 +13,7 @@ use crate::shape::{CellOnAxis, MAX_WIDTH, ShapeFunction};
 pub(super) const CHUNK: usize = 32;
 
 /// Room for them and for what stands in a vector with the last of them: whole lines of the cache, which no vector that is stored then crosses.
-const ROOM: usize = CHUNK + 8;
+const ROOM: usize = CHUNK + MOST_LANES;
 
 /// The weights of some particles by rows of nodes along x; each axis for all particles at a time, in loops that become vectors.
 pub(super) struct ChunkWeights {
@@ -250,22 +251,22 @@ impl ChunkWeights {
         self.spacing[axis]
     }
 
-    /// N (–) of node `k` along an axis for four particles from number `i` on. After the last particle stands anything.
+    /// N (–) of node `k` along an axis for some particles from number `i` on. After the last particle stands anything.
     #[inline(always)]
-    pub(super) fn values(&self, axis: usize, k: usize, i: usize) -> [f64; 4] {
-        four_from(&self.along[axis].value[k], i)
+    pub(super) fn values(&self, axis: usize, k: usize, i: usize) -> &[f64; MOST_LANES] {
+        some_from(&self.along[axis].value[k], i)
     }
 
     /// The gradients along the axis (1/m).
     #[inline(always)]
-    pub(super) fn gradients(&self, axis: usize, k: usize, i: usize) -> [f64; 4] {
-        four_from(&self.along[axis].gradient[k], i)
+    pub(super) fn gradients(&self, axis: usize, k: usize, i: usize) -> &[f64; MOST_LANES] {
+        some_from(&self.along[axis].gradient[k], i)
     }
 
     /// The ways from the particles to the first node that they reach along the axis (m).
     #[inline(always)]
-    pub(super) fn arms(&self, axis: usize, i: usize) -> [f64; 4] {
-        four_from(&self.along[axis].arm, i)
+    pub(super) fn arms(&self, axis: usize, i: usize) -> &[f64; MOST_LANES] {
+        some_from(&self.along[axis].arm, i)
     }
 
     /// The node where a row of a stencil begins, from that where the stencil does; its place along y and z does not count where there are no such
@@ -318,12 +319,11 @@ fn square(x: f64) -> f64 {
     x * x
 }
 
-/// Four numbers from that of particle number `i` on.
+/// Numbers from that of particle number `i` on.
 #[inline(always)]
-fn four_from(numbers: &[f64; ROOM], i: usize) -> [f64; 4] {
+fn some_from(numbers: &[f64; ROOM], i: usize) -> &[f64; MOST_LANES] {
     // Known to be within the room: no check is left.
-    let i = i.min(CHUNK - 1);
-    [numbers[i], numbers[i + 1], numbers[i + 2], numbers[i + 3]]
+    numbers[i.min(CHUNK - 1)..].first_chunk().unwrap_or(&[0.0; MOST_LANES])
 }
 
 /// Rows with the same place along an axis other than x.

@@ -2,14 +2,14 @@
 //!
 //! Particles follow each other cell by cell. Those of a cell give to and take from the same few nodes, whose numbers stay in registers meanwhile.
 
-use std::ops::{AddAssign, Mul};
+use std::ops::{AddAssign, Mul, MulAssign};
 
 use super::chunk::ChunkWeights;
 use super::gather::{FoundIn, GatherChunk};
 use super::rows::Row;
 use super::spread::{NodesIn, SourcesIn, SpreadChunk};
 use super::sums::{AxisWeights, Sums};
-use crate::lanes::{Four, Kernel, Vectors};
+use crate::lanes::{Four, Kernel, Lanes, MOST_LANES, Vectors};
 use crate::law::BLOCK;
 
 /// Adds the sums of Eqs. (5) and (10) over a chunk of particles to the nodes, each corner of a face of the cell in a lane.
@@ -159,9 +159,9 @@ impl<X: Vectors, const D: usize> FaceWeights<X, D> {
     }
 }
 
-/// What a chunk of particles finds on the grid, four particles of a cell at a time.
+/// What a chunk of particles finds on the grid, as many particles of a cell at a time as vectors have lanes.
 ///
-/// Four numbers are stored where fewer particles of the cell are left, too: those of the next cell are found after them.
+/// As many numbers are stored where fewer particles of the cell are left, too: those of the next cell are found after them.
 pub(super) struct GatherCorners<'a, const D: usize, const A: bool, const M: bool>(pub(super) GatherChunk<'a>);
 
 impl<const D: usize, const A: bool, const M: bool> Kernel for GatherCorners<'_, D, A, M> {
@@ -179,13 +179,13 @@ impl<const D: usize, const A: bool, const M: bool> Kernel for GatherCorners<'_, 
         let mut i = 0;
         while i < len {
             let first_node = weights.first_node(i);
-            let found_here = corners.sums::<X, A, M>(vectors, first_node, i);
-            found_here.give_variation::<M>(start + i, &mut found);
+            let found_here = corners.sums::<X, X::Widest, A, M>(vectors, first_node, i);
+            found_here.give_variation::<X, M>(start + i, &mut found);
             if !gradients_only {
-                found_here.give_velocity::<A>(start + i, &mut found);
+                found_here.give_velocity::<X, A>(start + i, &mut found);
             }
             i += 1;
-            let end = len.min(i + 3);
+            let end = len.min(i + X::Widest::COUNT - 1);
             while i < end && weights.first_node(i) == first_node {
                 i += 1;
             }
@@ -201,17 +201,17 @@ struct Corners<'a, const D: usize> {
 }
 
 impl<const D: usize> Corners<'_, D> {
-    /// The sums of four particles from number `i` of the chunk on, over the corners of a cell.
+    /// The sums of some particles from number `i` of the chunk on, over the corners of a cell.
     #[inline(always)]
-    fn sums<X: Vectors, const A: bool, const M: bool>(
+    fn sums<X: Vectors, L: Lanes<X>, const A: bool, const M: bool>(
         &self,
         vectors: X,
         first_node: u32,
         i: usize,
-    ) -> Sums<OfFour<X, D>, D> {
-        let along = |axis: usize, k: usize| weights_of_four(vectors, self.weights, axis, k, i);
+    ) -> Sums<OfSome<L, D>, D> {
+        let along = |axis: usize, k: usize| weights_of_some::<X, L>(vectors, self.weights, axis, k, i);
         let x = [along(0, 0), along(0, 1)];
-        let zeros = Sums::zeros(OfFour([Four::splat(vectors, -0.0); D]));
+        let zeros = Sums::zeros(OfSome([L::splat(vectors, -0.0); D]));
         let mut sums = zeros;
         for z in 0..if D > 2 { 2 } else { 1 } {
             let mut face = zeros;
@@ -221,7 +221,7 @@ impl<const D: usize> Corners<'_, D> {
                 let acceleration = if A { &self.acceleration[first..first + 2] } else { self.acceleration };
                 let mut row = zeros;
                 for (k, x) in x.iter().enumerate() {
-                    let of_all = |vector: [f64; D]| OfFour(vector.map(|component| Four::splat(vectors, component)));
+                    let of_all = |vector: [f64; D]| OfSome(vector.map(|component| L::splat(vectors, component)));
                     let acceleration = if A { of_all(acceleration[k]) } else { zeros.acceleration };
                     row.add::<_, A, M>(&Sums { velocity: of_all(velocity[k]), acceleration, ..zeros }, 0, x);
                 }
@@ -231,35 +231,36 @@ impl<const D: usize> Corners<'_, D> {
         }
         if M {
             for axis in 0..D {
-                let spacing = Four::splat(vectors, self.weights.spacing(axis));
-                let to_first = Four::new(vectors, self.weights.arms(axis, i));
-                sums.finish_moment(axis, to_first + spacing, spacing * -1.0);
+                let spacing = self.weights.spacing(axis);
+                let to_first = L::first_of(vectors, self.weights.arms(axis, i));
+                let to_last = to_first + L::splat(vectors, spacing);
+                sums.finish_moment(axis, to_last, L::splat(vectors, -spacing));
             }
         }
         sums
     }
 }
 
-/// Weights of four particles at a node along an axis.
+/// Weights of some particles at a node along an axis.
 #[inline(always)]
-fn weights_of_four<X: Vectors>(
+fn weights_of_some<X: Vectors, L: Lanes<X>>(
     vectors: X,
     weights: &ChunkWeights,
     axis: usize,
     k: usize,
     i: usize,
-) -> AxisWeights<Four<X>> {
+) -> AxisWeights<L> {
     AxisWeights {
-        value: Four::new(vectors, weights.values(axis, k, i)),
-        gradient: Four::new(vectors, weights.gradients(axis, k, i)),
+        value: L::first_of(vectors, weights.values(axis, k, i)),
+        gradient: L::first_of(vectors, weights.gradients(axis, k, i)),
     }
 }
 
-/// A vector of the grid for each of four particles, component by component.
+/// A vector of the grid for each of some particles, component by component.
 #[derive(Clone, Copy)]
-struct OfFour<X: Vectors, const D: usize>([Four<X>; D]);
+struct OfSome<L, const D: usize>([L; D]);
 
-impl<X: Vectors, const D: usize> AddAssign for OfFour<X, D> {
+impl<L: Copy + AddAssign, const D: usize> AddAssign for OfSome<L, D> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         for i in 0..D {
@@ -268,11 +269,11 @@ impl<X: Vectors, const D: usize> AddAssign for OfFour<X, D> {
     }
 }
 
-impl<X: Vectors, const D: usize> Mul<Four<X>> for OfFour<X, D> {
+impl<L: Copy + MulAssign, const D: usize> Mul<L> for OfSome<L, D> {
     type Output = Self;
 
     #[inline(always)]
-    fn mul(mut self, factors: Four<X>) -> Self {
+    fn mul(mut self, factors: L) -> Self {
         for i in 0..D {
             self.0[i] *= factors;
         }
@@ -280,41 +281,38 @@ impl<X: Vectors, const D: usize> Mul<Four<X>> for OfFour<X, D> {
     }
 }
 
-impl<X: Vectors, const D: usize> Sums<OfFour<X, D>, D> {
+impl<L, const D: usize> Sums<OfSome<L, D>, D> {
     /// Velocities and accelerations of the particles of a block from number `p` on.
     #[inline(always)]
-    fn give_velocity<const A: bool>(&self, p: usize, block: &mut FoundIn<D>) {
+    fn give_velocity<X: Vectors, const A: bool>(&self, p: usize, block: &mut FoundIn<D>)
+    where
+        L: Lanes<X>,
+    {
         for i in 0..D {
-            store(self.velocity.0[i], p, &mut block.velocity[i]);
+            self.velocity.0[i].store(&mut block.velocity[i][p..]);
             if A {
-                store(self.acceleration.0[i], p, &mut block.acceleration[i]);
+                self.acceleration.0[i].store(&mut block.acceleration[i][p..]);
             }
         }
     }
 
     /// How the velocity varies around them.
     #[inline(always)]
-    fn give_variation<const M: bool>(&self, p: usize, block: &mut FoundIn<D>) {
+    fn give_variation<X: Vectors, const M: bool>(&self, p: usize, block: &mut FoundIn<D>)
+    where
+        L: Lanes<X>,
+    {
         for j in 0..D {
             for i in 0..D {
-                store(self.gradient[j].0[i], p, &mut block.velocity_gradient[i][j]);
+                self.gradient[j].0[i].store(&mut block.velocity_gradient[i][j][p..]);
                 if M {
-                    let lanes = self.moment[j].0[i].to_array();
-                    for (moments, lane) in block.moments[p..].iter_mut().zip(lanes) {
-                        moments[j][i] = lane;
+                    let mut lanes = [0.0; MOST_LANES];
+                    self.moment[j].0[i].store(&mut lanes);
+                    for (moments, lane) in block.moments[p..].iter_mut().zip(&lanes[..L::COUNT]) {
+                        moments[j][i] = *lane;
                     }
                 }
             }
         }
-    }
-}
-
-/// Stores four numbers from place `p` on, or as many as there is room for.
-#[inline(always)]
-fn store<X: Vectors>(four: Four<X>, p: usize, to: &mut [f64; BLOCK]) {
-    let lanes = four.to_array();
-    match to[p..].first_chunk_mut() {
-        Some(to) => *to = lanes,
-        None => to[p..].iter_mut().zip(lanes).for_each(|(to, lane)| *to = lane),
     }
 }
