@@ -37,19 +37,12 @@ pub fn build<const D: usize>(
     let mut bodies = Vec::new();
     for index in 0..case.bodies.len() {
         let body = fill_body(source, case, &grid, gravity, index, &mut particles)?;
-        let stresses: Vec<Sym3> = particles.stress.within(body.particles.clone()).collect();
+        let stresses = &particles.stress;
         let material = &case.bodies[index].material;
         let Material { law, conductivity_law, .. } = &case.materials[material];
         let (place, particles) = (KeyPath::root().key("materials").key(material), body.particles.clone());
-        let request = MaterialRequest {
-            source,
-            place,
-            name: material,
-            conductivity_law,
-            particles,
-            stresses: &stresses,
-            history: None,
-        };
+        let request =
+            MaterialRequest { source, place, name: material, conductivity_law, particles, stresses, history: None };
         groups.push(registry.group(law, &request)?);
         bodies.push(body);
     }

@@ -13,10 +13,10 @@ use tsutsumi::law::{
     LawError, LinearElastic, MaterialGroup, ModifiedCamClay, MohrCoulomb, MuI, NeoHookean, Newtonian, OkaCyclic,
     Pm4Sand, PressureElastic, Sanisand, VonMises, XieLeo,
 };
+use tsutsumi::particles::Stresses;
 use tsutsumi::pressure::{CellPressure, ParticlePressure, PressureGradient, PressureIncrement};
 use tsutsumi::shape::{CpGimp, CubicBSpline, Gimp, Linear, QuadraticBSpline};
 use tsutsumi::solver::{StressFirst, StressLast, StressModifiedLast, StressOrder};
-use tsutsumi::tensor::Sym3;
 use tsutsumi::transfer::Transfer;
 use tsutsumi::velocity::{Apic, Flip, Fmpm, Mpm1, Mpm2, Tpic, VelocityUpdate, Xpic};
 
@@ -97,7 +97,8 @@ pub(crate) struct MaterialRequest<'a> {
     pub(crate) name: &'a str,
     pub(crate) conductivity_law: &'a str,
     pub(crate) particles: Range<usize>,
-    pub(crate) stresses: &'a [Sym3],
+    /// Those of all particles of the case.
+    pub(crate) stresses: &'a Stresses,
     /// Where a history stands that the particles begin with; without it they begin with that of their stress.
     pub(crate) history: Option<KeyPath>,
 }
@@ -214,7 +215,8 @@ fn make_group<L: ConstitutiveLaw + DeserializeOwned>(
     let key = request.place.clone().key("conductivity_law");
     let (name, known) = (request.conductivity_law, conductivity_laws());
     let conductivity_law = choose(request.source, key, "law of the conductivity", name, known)?;
-    let group = Group::new(request.name, law, request.particles.clone(), request.stresses.iter().copied());
+    let stresses = request.stresses.within(request.particles.clone());
+    let group = Group::new(request.name, law, request.particles.clone(), stresses);
     let group = match &request.history {
         Some(place) => group.with_history(request.source.parse_at(place)?),
         None => group,

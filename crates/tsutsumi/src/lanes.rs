@@ -1,7 +1,8 @@
 //! Vectors of four numbers, as wide as the processor at hand can take them.
 //!
 //! A [`Kernel`] is compiled for every processor, for those with vectors of four numbers (AVX2), and, if it says so, for those that keep 32 of them
-//! in registers (AVX-512); [`run`] finds out. Where lanes are particles it takes as many as a register holds ([`Lanes`]). All give the same bits: products and sums are not fused, and nothing is summed in another order.
+//! in registers (AVX-512); [`run`] finds out. Where lanes are particles, it takes as many as a register holds ([`Lanes`]). All give the same bits:
+//! products and sums are not fused, and nothing is summed in another order.
 
 use std::ops::{Add, AddAssign, Mul, MulAssign};
 
@@ -56,7 +57,7 @@ pub(crate) fn run<K: Kernel>(kernel: K) {
 }
 
 /// Numbers side by side, as many as the type says.
-pub(crate) trait Lanes<V>: Copy + Add<Output = Self> + AddAssign + Mul<Output = Self> + MulAssign {
+pub(crate) trait Lanes<V>: Copy + Add<Output = Self> + Mul<Output = Self> {
     /// How many: at most [`MOST_LANES`].
     const COUNT: usize;
 
@@ -228,28 +229,12 @@ impl Add for Eight {
 }
 
 #[cfg(target_arch = "x86_64")]
-impl AddAssign for Eight {
-    #[inline(always)]
-    fn add_assign(&mut self, other: Self) {
-        *self = *self + other;
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
 impl Mul for Eight {
     type Output = Self;
 
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
         Eight { values: self.vectors.mul_f64x8(self.values, other.values), ..self }
-    }
-}
-
-#[cfg(target_arch = "x86_64")]
-impl MulAssign for Eight {
-    #[inline(always)]
-    fn mul_assign(&mut self, other: Self) {
-        *self = *self * other;
     }
 }
 

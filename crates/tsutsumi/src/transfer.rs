@@ -340,11 +340,10 @@ fn consecutive(numbers: &[u32]) -> Option<Range<usize>> {
     (gaps == 0).then(|| first as usize..first as usize + numbers.len())
 }
 
-/// Where the next chunk stands, if its particles are near each other in memory: worth asking for.
+/// Where these particles stand, if they are near each other in memory: worth asking for.
 #[inline(always)]
-fn standing_together(listed: &[u32]) -> Range<usize> {
-    let next = &listed[..listed.len().min(CHUNK)];
-    match (next.first(), next.last()) {
+fn standing_together(numbers: &[u32]) -> Range<usize> {
+    match (numbers.first(), numbers.last()) {
         (Some(&first), Some(&last)) if (first..first + 2 * CHUNK as u32).contains(&last) => {
             first as usize..last as usize + 1
         }
@@ -421,9 +420,9 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         let sources = Sources::new(particles, local_motion);
         Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
             with_weights(|weights| {
-                let listed = active.particles_in(slots);
-                for (place, numbers) in (0..).step_by(CHUNK).zip(listed.chunks(CHUNK)) {
-                    let next = if is_far { standing_together(&listed[(place + numbers.len())..]) } else { 0..0 };
+                let mut chunks = active.particles_in(slots).chunks(CHUNK).peekable();
+                while let Some(numbers) = chunks.next() {
+                    let next = chunks.peek().filter(|_| is_far).map_or(0..0, |next| standing_together(next));
                     fetch(&particles.position, next.clone());
                     fetch(&particles.velocity, next.clone());
                     if S::REACH > 0.0 {
@@ -635,7 +634,7 @@ mod tests {
     #[test]
     fn only_neighbours_in_memory_are_asked_for() {
         let listed: Vec<u32> = (100..200).collect();
-        assert_eq!(standing_together(&listed), 100..100 + CHUNK);
+        assert_eq!(standing_together(&listed[..CHUNK]), 100..100 + CHUNK);
         assert_eq!(standing_together(&listed[97..]), 197..200);
         assert_eq!(standing_together(&[7, 9, 8, 70]), 7..71);
         for apart in [&[][..], &[7, 72], &[7, 6]] {

@@ -63,7 +63,7 @@ impl ElementTest {
             name: "specimen",
             conductivity_law: "constant",
             particles: 0..1,
-            stresses: &[stress],
+            stresses: &[stress].into_iter().collect(),
             history: self.file.initial.history.is_some().then(|| KeyPath::from("initial").key("history")),
         };
         let group = registry.group(&self.file.material.law, &request)?;

@@ -103,10 +103,10 @@ impl<const D: usize> Motion<D> {
             self.dilation.measure(at, field, particles);
         }
 
+        let ahead = if particles.len() >= FAR { BLOCK } else { 0 };
         let mut failure = None;
         for group in groups {
             let (dilation, has_pores) = (&self.dilation, self.has_pores);
-            let ahead = if at.active.particles().len() < FAR { 0 } else { BLOCK };
             let step = FollowStep {
                 pass,
                 at,
@@ -215,8 +215,8 @@ impl<const D: usize> Pieces for Piece<'_, D> {
         let half_size = self.half_size.split_at_mut(at);
         let half_size_at_start = self.half_size_at_start.split_at(at);
         let stress = self.stress.cut(at);
-        let without_damping = self.felt.is_empty();
-        let felt = self.felt.cut(if without_damping { 0 } else { at });
+        let felt_before = at.min(self.felt.len());
+        let felt = self.felt.cut(felt_before);
         let porosity = self.porosity.split_at_mut(at);
         let conductivity = self.conductivity.split_at_mut(at);
         let cell = self.cell.split_at(at);

@@ -2,7 +2,7 @@
 //!
 //! Particles follow each other cell by cell. Those of a cell give to and take from the same few nodes, whose numbers stay in registers meanwhile.
 
-use std::ops::{AddAssign, Mul, MulAssign};
+use std::ops::{Add, AddAssign, Mul};
 
 use super::chunk::ChunkWeights;
 use super::gather::{FoundIn, GatherChunk};
@@ -260,22 +260,22 @@ fn weights_of_some<X: Vectors, L: Lanes<X>>(
 #[derive(Clone, Copy)]
 struct OfSome<L, const D: usize>([L; D]);
 
-impl<L: Copy + AddAssign, const D: usize> AddAssign for OfSome<L, D> {
+impl<L: Copy + Add<Output = L>, const D: usize> AddAssign for OfSome<L, D> {
     #[inline(always)]
     fn add_assign(&mut self, other: Self) {
         for i in 0..D {
-            self.0[i] += other.0[i];
+            self.0[i] = self.0[i] + other.0[i];
         }
     }
 }
 
-impl<L: Copy + MulAssign, const D: usize> Mul<L> for OfSome<L, D> {
+impl<L: Copy + Mul<Output = L>, const D: usize> Mul<L> for OfSome<L, D> {
     type Output = Self;
 
     #[inline(always)]
     fn mul(mut self, factors: L) -> Self {
         for i in 0..D {
-            self.0[i] *= factors;
+            self.0[i] = self.0[i] * factors;
         }
         self
     }
