@@ -603,9 +603,11 @@ impl Sources<'_> {
     /// Adds the values of cells to the first of the sums of their blocks; the first cell has the number `within` in its block.
     #[inline(always)]
     fn add_blocks(&self, within: usize, values: &[f64], sums: &mut [f64]) {
+        let per_block = self.per_block();
+        let add = |number: usize, sum: f64| sums[number * per_block] += sum;
         match self.factor {
-            4 => add_blocks::<4>(within, values, self.per_block(), sums),
-            _ => add_blocks::<2>(within, values, self.per_block(), sums),
+            4 => visit_blocks::<4>(within, values, 0..4, add),
+            _ => visit_blocks::<2>(within, values, 0..2, add),
         }
     }
 
@@ -638,61 +640,72 @@ impl Sources<'_> {
                 let flips = self.patterns.get(number).is_some_and(|&pattern| offset.flips(pattern));
                 if flips { weight } else { -weight }
             });
-            let mut add = |(block, edge): (usize, usize), number: usize, cells: Range<usize>| {
-                if cells.is_empty() {
-                    return;
-                }
-                let sum: f64 = entries[cells].iter().sum();
-                let of_block = &mut sums[(block + number) * self.per_block()..][..self.per_block()];
-                for (of_pattern, sign) in of_block.chunks_exact_mut(self.stride).zip(signs) {
-                    of_pattern[edge] += sign * sum;
-                }
-            };
-            let (place_across, place_within) = (place(dx.signum()), place(0));
-            let mut block_end = (self.factor - x.rem_euclid(self.factor)) as usize;
-            let (mut number, mut from) = (0, 0);
-            while from < len {
-                let to = block_end.min(len);
-                let (across, within) = self.split(from..to, block_end, dx);
-                add(place_across, number, across);
-                if to_others {
-                    add(place_within, number, within);
-                }
-                (number, from, block_end) = (number + 1, to, block_end + self.factor as usize);
+            let (across, within) = self.split(dx);
+            self.add_edges(x, entries, across, place(dx.signum()), signs, sums);
+            if to_others {
+                self.add_edges(x, entries, within, place(0), signs, sums);
             }
         }
     }
 
-    /// The cells of a block, which ends at `block_end`, whose neighbours `dx` cells on lie in the next block, and the others.
-    fn split(&self, cells: Range<usize>, block_end: usize, dx: i32) -> (Range<usize>, Range<usize>) {
-        let Range { start, end } = cells;
-        let reach = dx.unsigned_abs() as usize;
+    /// The cells of a block, by their numbers in it, whose neighbours `dx` cells on lie in the next block, and the others.
+    fn split(&self, dx: i32) -> (Range<usize>, Range<usize>) {
+        let (factor, reach) = (self.factor as usize, dx.unsigned_abs() as usize);
         if dx > 0 {
-            let edge = block_end.saturating_sub(reach).clamp(start, end);
-            (edge..end, start..edge)
+            let edge = factor.saturating_sub(reach);
+            (edge..factor, 0..edge)
         } else {
-            let edge = (block_end + reach).saturating_sub(self.factor as usize).clamp(start, end);
-            (start..edge, edge..end)
+            let edge = reach.min(factor);
+            (0..edge, edge..factor)
+        }
+    }
+
+    /// Adds the entries at `part` of every block, of a run from `x` on, to the edges from `(block, edge)` on, with a sign for each pattern.
+    fn add_edges(
+        &self,
+        x: i32,
+        entries: &[f64],
+        part: Range<usize>,
+        (block, edge): (usize, usize),
+        signs: [f64; 4],
+        sums: &mut [f64],
+    ) {
+        if part.is_empty() {
+            return;
+        }
+        let (per_block, stride, signs) = (self.per_block(), self.stride, &signs[..self.patterns.len()]);
+        let sums = &mut sums[block * per_block + edge..];
+        let add = |number: usize, sum: f64| {
+            for (pattern, sign) in signs.iter().enumerate() {
+                sums[number * per_block + pattern * stride] += sign * sum;
+            }
+        };
+        let within = x.rem_euclid(self.factor) as usize;
+        match self.factor {
+            4 => visit_blocks::<4>(within, entries, part, add),
+            _ => visit_blocks::<2>(within, entries, part, add),
         }
     }
 }
 
-/// Adds the values of cells to the first of the `per_block` sums of each of their blocks; the first cell has the number `within` in its block.
+/// Calls `add(number, sum)` for each block with the sum of the values of its cells at `part`; the first cell has the number `within` in its block.
 #[inline(always)]
-fn add_blocks<const F: usize>(within: usize, values: &[f64], per_block: usize, sums: &mut [f64]) {
+fn visit_blocks<const F: usize>(within: usize, values: &[f64], part: Range<usize>, mut add: impl FnMut(usize, f64)) {
     let (before, values) = values.split_at(((F - within) % F).min(values.len()));
-    let mut place = 0;
-    if !before.is_empty() {
-        sums[0] += before.iter().sum::<f64>();
-        place = per_block;
-    }
     let (blocks, after) = values.as_chunks::<F>();
-    for block in blocks {
-        sums[place] += block.iter().sum::<f64>();
-        place += per_block;
+    let first = usize::from(!before.is_empty());
+    let sum_of_some = |values: &[f64], from: usize| -> f64 {
+        let [start, end] = [part.start, part.end].map(|number| number.saturating_sub(from).min(values.len()));
+        values[start..end].iter().sum()
+    };
+    if !before.is_empty() {
+        add(0, sum_of_some(before, within));
+    }
+    for (number, block) in blocks.iter().enumerate() {
+        add(first + number, block[part.clone()].iter().sum());
     }
     if !after.is_empty() {
-        sums[place] += after.iter().sum::<f64>();
+        add(first + blocks.len(), sum_of_some(after, 0));
     }
 }
 

@@ -77,16 +77,15 @@ impl<T: RealField + Copy> StencilMatrix<T> {
         sums: &mut [[T; STRIP]; P],
     ) -> T {
         let rows = Rows { matrix: self, lattice, run, patterns };
-        let mut bound = T::zero();
-        let mut from = 0;
-        while from + LANES <= sites.len() {
-            bound = bound.max(rows.sum::<LANES>(sites.start + from, from, sums));
-            from += LANES;
+        let (mut bounds, mut bound) = ([T::zero(); ROWS], [T::zero()]);
+        let wide = sites.len() / ROWS * ROWS;
+        for from in (0..wide).step_by(ROWS) {
+            rows.sum(sites.start + from, from, sums, &mut bounds);
         }
-        for from in from..sites.len() {
-            bound = bound.max(rows.sum::<1>(sites.start + from, from, sums));
+        for from in wide..sites.len() {
+            rows.sum(sites.start + from, from, sums, &mut bound);
         }
-        bound
+        bounds.into_iter().fold(bound[0], T::max)
     }
 
     /// Calls `visit(run, first site, number of sites)` for strips of active cells.
@@ -109,11 +108,13 @@ struct Rows<'a, T, const P: usize> {
 }
 
 impl<T: RealField + Copy, const P: usize> Rows<'_, T, P> {
-    /// The sums of `L` rows from a site on, into `row_sums` from a place on. Returns the largest sum of magnitudes over the diagonal.
+    /// The sums of `L` rows from a site on, into `row_sums` from a place on, and the sums of their magnitudes over the diagonal where they are larger
+    /// than `bounds`.
     #[inline(always)]
-    fn sum<const L: usize>(&self, site: usize, place: usize, row_sums: &mut [[T; STRIP]; P]) -> T {
+    fn sum<const L: usize>(&self, site: usize, place: usize, row_sums: &mut [[T; STRIP]; P], bounds: &mut [T; L]) {
         let Rows { matrix, lattice, run, patterns } = self;
-        let diagonal: [T; L] = std::array::from_fn(|lane| matrix.diagonal[site..][..L][lane]);
+        let mut diagonal = [T::zero(); L];
+        diagonal.copy_from_slice(&matrix.diagonal[site..][..L]);
         let (mut sums, mut magnitudes) = ([diagonal; P], diagonal);
         for (offset, entries) in lattice.offsets().iter().zip(&matrix.upper) {
             let [_, below] = lattice.shift(*run, offset);
@@ -131,7 +132,10 @@ impl<T: RealField + Copy, const P: usize> Rows<'_, T, P> {
         for (row_sums, sums) in row_sums.iter_mut().zip(&sums) {
             row_sums[place..][..L].copy_from_slice(sums);
         }
-        magnitudes.iter().zip(&diagonal).fold(T::zero(), |bound, (&sum, &d)| bound.max(sum / d))
+        for lane in 0..L {
+            let bound = magnitudes[lane] / diagonal[lane];
+            bounds[lane] = if bound > bounds[lane] { bound } else { bounds[lane] };
+        }
     }
 }
 
@@ -145,6 +149,9 @@ struct Strip<'a, T> {
     x: &'a [T],
     product: &'a mut [T],
 }
+
+/// Rows that are summed side by side.
+const ROWS: usize = 8;
 
 /// Sites whose sums stay in registers from the first entry to the last, and at the end of a strip.
 const LANES: usize = 16;
