@@ -1,8 +1,6 @@
 use crate::law::{LawError, Question};
-use crate::parallel::{self, vectorized};
 use crate::particles::{OutsideGrid, Particles};
 use crate::pressure::PressureError;
-use crate::transfer::GRAIN;
 
 /// Why a step could not be made.
 #[derive(Debug, Clone, PartialEq, thiserror::Error)]
@@ -65,15 +63,6 @@ pub enum StepError {
 
 /// The first particle, by number, whose grains leave no room for water.
 pub(super) fn closed_pores<const D: usize>(particles: &Particles<D>, time: f64) -> Option<StepError> {
-    let any_closed = |porosities: &[f64]| {
-        vectorized(
-            #[inline(always)]
-            || porosities.iter().fold(false, |any, &porosity| any | (porosity < 0.0)),
-        )
-    };
-    if !parallel::fold(&particles.porosity[..], GRAIN, &any_closed, &|before, after| before | after) {
-        return None;
-    }
     let closed = (0..particles.len()).filter(|&place| particles.porosity[place] < 0.0);
     let place = closed.min_by_key(|&place| particles.number(place))?;
     let position = particles.position[place].iter().copied().collect();

@@ -21,6 +21,8 @@ pub(super) struct Motion<const D: usize> {
     viscosity: Viscosity,
     /// Whether any particle has a porosity to follow.
     has_pores: bool,
+    /// Whether the grains of any particle have left no room for water.
+    pores_closed: bool,
     /// The nodes' velocities from the particles' new ones (m/s); empty until a stress order asks for them.
     mapped: Vec<Vector<D>>,
     /// Work of the effective stress since the start (J).
@@ -45,6 +47,7 @@ impl<const D: usize> Motion<D> {
             dilation: Dilation::new(volumetric_strain, grid, particles),
             viscosity: Viscosity::new(damping.stiffness, &particles.stress),
             has_pores: particles.porosity.iter().any(|&porosity| porosity != 0.0),
+            pores_closed: false,
             mapped: Vec::new(),
             strain_energy: 0.0,
         }
@@ -119,8 +122,10 @@ impl<const D: usize> Motion<D> {
                 velocity_update,
             };
             let piece = Piece::new(particles, self.viscosity.felt(), group.particles());
-            let outcome = parallel::fold(piece, GRAIN, &|piece| step.follow(piece), &BlockOutcome::and);
+            let Followed { outcome, pores_closed } =
+                parallel::fold(piece, GRAIN, &|piece| step.follow(piece), &Followed::and);
             self.strain_energy += outcome.work;
+            self.pores_closed |= pores_closed;
             if let (None, Some(failed)) = (&failure, outcome.failure) {
                 let LawFailure { particle, question, source } = *failed;
                 let (question, source) = (Box::new(question), Box::new(source));
@@ -132,9 +137,9 @@ impl<const D: usize> Motion<D> {
         failure
     }
 
-    /// The first particle whose grains leave no room for water. In dry ground nobody has to look.
+    /// The first particle whose grains leave no room for water. Nobody has to look as long as no pass has seen one.
     pub(super) fn closed_pores(&self, particles: &Particles<D>, time: f64) -> Option<StepError> {
-        if self.has_pores { closed_pores(particles, time) } else { None }
+        if self.pores_closed { closed_pores(particles, time) } else { None }
     }
 
     /// The nodes' velocities from the particles' new ones, by Eq. (10) in the old places.
@@ -255,6 +260,19 @@ impl<const D: usize> Pieces for Piece<'_, D> {
     }
 }
 
+/// What came of a pass over some particles.
+#[derive(Default)]
+struct Followed {
+    outcome: BlockOutcome,
+    pores_closed: bool,
+}
+
+impl Followed {
+    fn and(self, next: Self) -> Self {
+        Followed { outcome: self.outcome.and(next.outcome), pores_closed: self.pores_closed | next.pores_closed }
+    }
+}
+
 /// A pass over the particles of a group: what it asks.
 struct FollowStep<'a, const D: usize> {
     pass: Pass,
@@ -272,8 +290,8 @@ struct FollowStep<'a, const D: usize> {
 
 impl<const D: usize> FollowStep<'_, D> {
     /// Steps 8 to 10 for a piece of the group, block by block. A failure is that of the particle with the lowest number.
-    fn follow(&self, piece: Piece<D>) -> BlockOutcome {
-        let mut outcome = BlockOutcome::default();
+    fn follow(&self, piece: Piece<D>) -> Followed {
+        let mut followed = Followed::default();
         let mut at_particles = GatheredBlock::new();
         let mut increments = IncrementBlock::within(self.at.dt, D);
         let mut stresses = StressBlock::new();
@@ -282,10 +300,10 @@ impl<const D: usize> FollowStep<'_, D> {
             let len = rest.count().min(BLOCK);
             let (block, after) = rest.cut(len);
             let of_block = self.follow_block(block, &after, &mut at_particles, &mut increments, &mut stresses);
-            outcome = outcome.and(of_block);
+            followed = followed.and(of_block);
             rest = after;
         }
-        outcome
+        followed
     }
 
     /// The number of a particle of a block.
@@ -302,9 +320,9 @@ impl<const D: usize> FollowStep<'_, D> {
         at_particles: &mut GatheredBlock<D>,
         increments: &mut IncrementBlock,
         stresses: &mut StressBlock,
-    ) -> BlockOutcome {
+    ) -> Followed {
         let &FollowStep { pass, at, nodes, ahead, .. } = self;
-        let mut outcome = BlockOutcome::default();
+        let mut followed = Followed::default();
         let gathers = pass.velocity || pass.position;
         // The fields of the next block come a few at a time, each long before it is needed.
         fetch(next.position, 0..ahead);
@@ -339,7 +357,7 @@ impl<const D: usize> FollowStep<'_, D> {
 
             // 9. Effective stresses by the constitutive law.
             remember(&mut block.felt, &block.stress, increments);
-            outcome =
+            let mut outcome =
                 self.group.update_aligned(block.first, block.stress.reborrow(), increments, block.volume, stresses);
             if let Some(failure) = &mut outcome.failure {
                 failure.particle = self.number(&block, failure.particle);
@@ -350,10 +368,11 @@ impl<const D: usize> FollowStep<'_, D> {
             fetch(next.half_size, 0..ahead);
 
             // 10. Volumes and pores.
-            vectorized(
+            let pores_closed = vectorized(
                 #[inline(always)]
                 || self.stretch(&mut block, at_particles),
             );
+            followed = Followed { outcome, pores_closed };
         }
         // 10. Velocities of the particles, with a_I (MPM①) or v_I^L (MPM②), and positions.
         if pass.velocity {
@@ -366,7 +385,7 @@ impl<const D: usize> FollowStep<'_, D> {
                 || advance(block.position, at_particles, at.dt),
             );
         }
-        outcome
+        followed
     }
 
     /// Keeps what the velocity update wants of the motion around the particles.
@@ -382,11 +401,11 @@ impl<const D: usize> FollowStep<'_, D> {
         }
     }
 
-    /// Stretches volumes, by det(I + Δt ∇v), boxes and pores.
+    /// Stretches volumes, by det(I + Δt ∇v), boxes and pores. Returns whether the grains of any particle leave no room for water.
     ///
     /// The grains keep their volume: (1 − n) V stays. Dry ground has n = 0 and no pores to follow.
     #[inline(always)]
-    fn stretch(&self, block: &mut Piece<D>, at_particles: &GatheredBlock<D>) {
+    fn stretch(&self, block: &mut Piece<D>, at_particles: &GatheredBlock<D>) -> bool {
         let mut ratios = [1.0; BLOCK];
         let boxes = block.volume.iter_mut().zip(block.half_size.iter_mut());
         for (p, ((volume, half_size), ratio)) in boxes.zip(&mut ratios).enumerate() {
@@ -398,7 +417,7 @@ impl<const D: usize> FollowStep<'_, D> {
             }
         }
         if !self.has_pores {
-            return;
+            return false;
         }
         let mut old = [0.0; BLOCK];
         let old = &mut old[..block.count()];
@@ -409,6 +428,7 @@ impl<const D: usize> FollowStep<'_, D> {
             }
         }
         self.group.conductivity_law().update_block(old, block.porosity, block.conductivity);
+        block.porosity.iter().fold(false, |any, &porosity| any | (porosity < 0.0))
     }
 }
 
