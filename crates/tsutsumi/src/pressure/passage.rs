@@ -501,45 +501,33 @@ fn collect<const F: usize>(run: &Run, first: i32, fine: &[f32], scale: &[f32], e
         add(block + num_blocks, cell - whole.before - whole.cells, cell);
     }
     let (fine, scale) = (&fine[whole.before..][..whole.cells], &scale[whole.before..][..whole.cells]);
-    let wide = num_blocks / BLOCKS * BLOCKS;
-    for from in (0..wide).step_by(BLOCKS) {
-        let cells = from * F..(from + BLOCKS) * F;
-        share_blocks::<F, BLOCKS>(block + from, &fine[cells.clone()], &scale[cells], even, odd);
-    }
-    for from in wide..num_blocks {
-        let cells = from * F..(from + 1) * F;
-        share_blocks::<F, 1>(block + from, &fine[cells.clone()], &scale[cells], even, odd);
+    for (number, (fine, scale)) in fine.chunks(BLOCKS * F).zip(scale.chunks(BLOCKS * F)).enumerate() {
+        let (fine, scale) = (fine.as_chunks::<F>().0, scale.as_chunks::<F>().0);
+        let block = block + number * BLOCKS;
+        share_blocks(&mut even[block - 1..][..fine.len() + 2], 0, fine, scale);
+        share_blocks(&mut odd[block - 1..][..fine.len() + 2], 1, fine, scale);
     }
 }
 
-/// Blocks side by side, to fill a vector.
-const BLOCKS: usize = 8;
+/// Whole blocks whose shares are found before any is added: a vector that takes up again what another has just stored would wait for it.
+const BLOCKS: usize = 128;
 
-/// The shares of the cells of `N` whole blocks, the first of which has the number `block` in the rows.
+/// The shares of the even or the odd cells of at most [`BLOCKS`] whole blocks; the row starts with the block before.
 #[inline(always)]
-fn share_blocks<const F: usize, const N: usize>(
-    block: usize,
-    fine: &[f32],
-    scale: &[f32],
-    even: &mut [f32],
-    odd: &mut [f32],
-) {
-    let (fine, scale) = (&fine[..F * N], &scale[..F * N]);
-    for (parity, row) in [even, odd].into_iter().enumerate() {
-        // For the blocks before, their own and the next ones.
-        let mut sums = [[0.0; N]; 3];
+fn share_blocks<const F: usize>(row: &mut [f32], parity: usize, fine: &[[f32; F]], scale: &[[f32; F]]) {
+    // For the blocks before, their own and the next ones: the shares of place i of the row, zero where there are none.
+    let [mut before, mut own, mut after] = [[0.0; BLOCKS + 2]; 3];
+    let shares = before.iter_mut().zip(&mut own[1..]).zip(&mut after[2..]);
+    for (((before, own), after), (fine, scale)) in shares.zip(fine.iter().zip(scale)) {
         for within in (parity..F).step_by(2) {
             let outer = outer_weight::<F>(within);
-            let neighbor = if within < F / 2 { 0 } else { 2 };
-            for number in 0..N {
-                let value = scale[number * F + within] * fine[number * F + within];
-                sums[1][number] += (1.0 - outer) * value;
-                sums[neighbor][number] += outer * value;
-            }
+            let value = scale[within] * fine[within];
+            *own += (1.0 - outer) * value;
+            *(if within < F / 2 { &mut *before } else { &mut *after }) += outer * value;
         }
-        for (to, sums) in sums.iter().enumerate() {
-            row[block - 1 + to..][..N].iter_mut().zip(sums).for_each(|(row, sum)| *row += sum);
-        }
+    }
+    for (row, ((before, own), after)) in row.iter_mut().zip(before.iter().zip(&own).zip(&after)) {
+        *row += before + own + after;
     }
 }
 
