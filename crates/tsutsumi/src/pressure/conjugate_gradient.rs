@@ -78,7 +78,7 @@ impl ConjugateGradient {
         }
     }
 
-    /// Solves A x = b, starting from `x`, all by site and zero where there are no cells. Returns the number of iterations.
+    /// Solves A x = b for b by cell, starting from `x`, which is by site and zero where there are no cells. Returns the number of iterations.
     pub(super) fn solve(
         &mut self,
         system: System,
@@ -87,7 +87,8 @@ impl ConjugateGradient {
         x: &mut [f64],
     ) -> Result<usize, Breakdown> {
         system.multiply(x, &mut self.product);
-        let mut scale = self.start(preconditioner, right);
+        system.lattice.spread(right, &mut self.residual);
+        let mut scale = self.start(preconditioner);
         if scale == 0.0 {
             return Ok(0);
         }
@@ -121,21 +122,20 @@ impl ConjugateGradient {
         Err(self.not_converged(MOST_ITERATIONS, right))
     }
 
-    /// The residual b − A x, where A x stands in `product`. Returns its norm, scaled by the diagonal, or zero when it is round-off.
-    fn start(&mut self, preconditioner: &mut Multigrid, right: &[f64]) -> f64 {
+    /// The residual b − A x, for b where it shall stand and A x in `product`. Returns its norm, scaled by the diagonal, or zero when it is round-off.
+    fn start(&mut self, preconditioner: &mut Multigrid) -> f64 {
         let (_, inverse_root) = preconditioner.right_mut();
-        let product = &self.product;
-        let work = |(residual, sites): (&mut [f64], Range<usize>)| {
+        let work = |(residual, product, inverse_root): (&mut [f64], &[f64], &[f32])| {
             let (mut of_residual, mut of_right) = (0.0, 0.0);
-            for (r, i) in residual.iter_mut().zip(sites) {
-                *r = right[i] - product[i];
-                let weight = f64::from(inverse_root[i]);
+            for ((r, product), inverse) in residual.iter_mut().zip(product).zip(inverse_root) {
+                let (right, weight) = (*r, f64::from(*inverse));
+                *r = right - product;
                 of_residual += (*r * weight).powi(2);
-                of_right += (right[i] * weight).powi(2);
+                of_right += (right * weight).powi(2);
             }
             (of_residual, of_right)
         };
-        let pieces = (&mut self.residual[..], 0..right.len());
+        let pieces = (&mut self.residual[..], &self.product[..], inverse_root);
         let sum = |a: (f64, f64), b: (f64, f64)| (a.0 + b.0, a.1 + b.1);
         let (of_residual, of_right): (f64, f64) = parallel::fold(pieces, GRAIN, &work, &sum);
         if of_residual <= ROUNDING * ROUNDING * of_right { 0.0 } else { of_residual.sqrt() }
@@ -346,7 +346,7 @@ mod tests {
         iteration.resize(lattice);
         let mut x = vec![0.0; lattice.num_sites()];
         let system = System { lattice, matrix, ties: &[] };
-        let iterations = iteration.solve(system, &mut multigrid, &by_site(lattice, right), &mut x)?;
+        let iterations = iteration.solve(system, &mut multigrid, right, &mut x)?;
         let mut solution = vec![0.0; right.len()];
         lattice.gather(&x, &mut solution);
         Ok((solution, iterations))

@@ -290,34 +290,27 @@ impl<const D: usize> Coupled<D> {
         Ok(PressureReport { iterations, outflow_rate: self.drains.iter().map(flow).sum() })
     }
 
-    /// Volume, storage, conductivity and pressure of the active cells, from their particles. The solution starts from these pressures.
+    /// Volume, storage, conductivity and pressure of the active cells, from their particles.
     fn sum_particles(&mut self, at: &StepView<D>, particles: &Particles<D>) {
-        let Coupled { volumes, storage, conductivity, pressure, solution, .. } = self;
+        let Coupled { volumes, storage, conductivity, pressure, .. } = self;
         let size = at.active.cells().len();
-        for of_cells in [&mut *volumes, storage, conductivity, pressure, solution] {
+        for of_cells in [&mut *volumes, storage, conductivity, pressure] {
             of_cells.resize(size, 0.0);
         }
         let per_volume = 1.0 / (self.fluid.bulk_modulus * at.dt);
         let whole = (self.quadrature == Quadrature::Cell).then(|| at.grid.cell_volume());
-        let work = |((volumes, storage, conductivity), (pressure, solution), slots): CellPieces| {
-            let means = storage.iter_mut().zip(conductivity).zip(pressure.iter_mut().zip(solution));
-            for ((volume, ((storage, conductivity), (pressure, solution))), slot) in
-                volumes.iter_mut().zip(means).zip(slots)
-            {
+        let work = |((volumes, storage), (conductivity, pressure), slots): CellPieces| {
+            let means = storage.iter_mut().zip(conductivity.iter_mut().zip(pressure));
+            for ((volume, (storage, (conductivity, pressure))), slot) in volumes.iter_mut().zip(means).zip(slots) {
                 let sums = CellSums::of_particles(particles, at.active.particles_of(slot));
                 let filled = whole.map_or(1.0, |whole| whole / sums.volume);
                 *volume = sums.volume;
                 *storage = sums.pores * filled * per_volume;
                 *conductivity = sums.conductivity / sums.volume;
                 *pressure = sums.pressure / sums.volume;
-                *solution = *pressure;
             }
         };
-        let pieces = (
-            (&mut volumes[..], &mut storage[..], &mut conductivity[..]),
-            (&mut pressure[..], &mut solution[..]),
-            0..size,
-        );
+        let pieces = ((&mut volumes[..], &mut storage[..]), (&mut conductivity[..], &mut pressure[..]), 0..size);
         parallel::for_each(pieces, GRAIN, &work);
     }
 
@@ -473,8 +466,8 @@ impl<const D: usize> Coupled<D> {
         }
     }
 
-    /// The pressures for the forces that stand in `nodes`, into `solution`; the matrix is ready, and the iteration starts from what
-    /// `solution` holds.
+    /// The pressures for the forces that stand in `nodes`, into `solution`; the matrix is ready, and the iteration starts from the last
+    /// solution.
     fn solve_for_pressures(&mut self, at: &StepView<D>, nodes: &NodeFields<D>) -> Result<usize, PressureError> {
         self.fill_right_side(at, nodes);
         Self::check_finite(at, &self.right)?;
@@ -556,16 +549,17 @@ impl<const D: usize> Coupled<D> {
         PressureError::NotPositiveDefinite { time: at.time, cell: at.cell_index_of_slot(slot), pivot, short_step }
     }
 
-    /// Fills the matrix of a wide system.
+    /// Fills the matrix of a wide system, whose solution is looked for from the pressures of the particles on.
     fn measure_wide(&mut self, at: &StepView<D>) -> Result<(), PressureError> {
         let Coupled { topology, divergence, compliance, storage, conductance, drains, checkerboard, wide, .. } = self;
+        wide.start_from(&self.pressure);
         let below = &topology.below;
         let contributions = Contributions { divergence, compliance, storage, conductance, below, drains, checkerboard };
         let outcome = wide.measure(at, &contributions);
         outcome.map_err(|(slot, entry)| self.not_positive_definite(at, slot, entry))
     }
 
-    /// Solves by conjugate gradients, started from the last pressures.
+    /// Solves by conjugate gradients, started from the last solution.
     fn solve_iteratively(&mut self, at: &StepView<D>) -> Result<usize, PressureError> {
         let outcome = self.wide.solve(&self.ties, &self.right, &mut self.solution);
         outcome.map_err(|breakdown| match breakdown {
@@ -766,8 +760,8 @@ impl<const D: usize> Topology<D> {
     }
 }
 
-/// Volumes, storages and conductivities, pressures and first solutions, and slots of some cells.
-type CellPieces<'a> = ((&'a mut [f64], &'a mut [f64], &'a mut [f64]), (&'a mut [f64], &'a mut [f64]), Range<usize>);
+/// Volumes and storages, conductivities and pressures, and slots of some cells.
+type CellPieces<'a> = ((&'a mut [f64], &'a mut [f64]), (&'a mut [f64], &'a mut [f64]), Range<usize>);
 
 /// Sums over the particles of a cell.
 #[derive(Default)]

@@ -40,7 +40,7 @@ pub(super) struct WideSystem {
     matrix: StencilMatrix<f64>,
     multigrid: Multigrid,
     iteration: ConjugateGradient,
-    right: Vec<f64>,
+    /// The last solution, by site.
     solution: Vec<f64>,
 }
 
@@ -75,10 +75,8 @@ impl WideSystem {
         self.matrix.resize(&self.lattice);
         self.multigrid.rebuild(D, MOST_DIRECT, &self.lattice);
         self.iteration.resize(&self.lattice);
-        for work in [&mut self.right, &mut self.solution] {
-            work.clear();
-            work.resize(self.lattice.num_sites(), 0.0);
-        }
+        self.solution.clear();
+        self.solution.resize(self.lattice.num_sites(), 0.0);
     }
 
     fn number_sites(&mut self) {
@@ -145,7 +143,12 @@ impl WideSystem {
         });
     }
 
-    /// Solves for `solution`, by slot, starting from what it holds. Returns the number of iterations.
+    /// The next solution is looked for from these values on, by slot.
+    pub(super) fn start_from(&mut self, values: &[f64]) {
+        self.lattice.spread(values, &mut self.solution);
+    }
+
+    /// Solves for `solution`, by slot, starting from the last one. Returns the number of iterations.
     ///
     /// # Errors
     /// The breakdown; its `site` is a slot.
@@ -156,20 +159,16 @@ impl WideSystem {
         solution: &mut [f64],
     ) -> Result<usize, Breakdown> {
         let Self { lattice, matrix, multigrid, iteration, .. } = self;
-        lattice.spread(right, &mut self.right);
-        lattice.spread(solution, &mut self.solution);
         let system = System { lattice, matrix, ties };
         let iterations =
-            iteration.solve(system, multigrid, &self.right, &mut self.solution).map_err(
-                |breakdown| match breakdown {
-                    Breakdown::Indefinite { site, quotient } => {
-                        Breakdown::Indefinite { site: lattice.slot(site), quotient }
-                    }
-                    Breakdown::NotConverged { site, iterations, residual } => {
-                        Breakdown::NotConverged { site: lattice.slot(site), iterations, residual }
-                    }
-                },
-            )?;
+            iteration.solve(system, multigrid, right, &mut self.solution).map_err(|breakdown| match breakdown {
+                Breakdown::Indefinite { site, quotient } => {
+                    Breakdown::Indefinite { site: lattice.slot(site), quotient }
+                }
+                Breakdown::NotConverged { site, iterations, residual } => {
+                    Breakdown::NotConverged { site: lattice.slot(site), iterations, residual }
+                }
+            })?;
         lattice.gather(&self.solution, solution);
         Ok(iterations)
     }
