@@ -92,20 +92,17 @@ impl ConjugateGradient {
         if scale == 0.0 {
             return Ok(0);
         }
-        self.direction.fill(0.0);
         let mut energies = Energies::default();
         self.scale_residual(preconditioner, scale);
         let mut of_residual = self.precondition(system.lattice, preconditioner, scale);
-        // x moves along a direction when the next one is found: that array is read once for both.
-        let (mut step, mut conjugation) = (0.0, 0.0);
+        self.set_out(preconditioner, scale);
         for iteration in 1..=MOST_ITERATIONS {
-            self.turn(preconditioner, scale, [step, conjugation], x);
             let curvature = system.multiply(&self.direction, &mut self.product);
             if curvature <= 0.0 {
                 let quotient = curvature / dot(&self.direction, &self.direction);
                 return Err(Breakdown::Indefinite { site: largest(&self.direction), quotient });
             }
-            step = of_residual / curvature;
+            let step = of_residual / curvature;
             if energies.are_settled(step * of_residual) {
                 self.advance(step, x);
                 return Ok(iteration);
@@ -116,7 +113,7 @@ impl ConjugateGradient {
                 return Err(self.not_converged(iteration, right));
             }
             let next = self.precondition(system.lattice, preconditioner, scale);
-            conjugation = next / of_residual;
+            self.turn(preconditioner, scale, [step, next / of_residual], x);
             of_residual = next;
         }
         Err(self.not_converged(MOST_ITERATIONS, right))
@@ -181,7 +178,19 @@ impl ConjugateGradient {
         scale * parallel::sum((&self.residual[..], solution, inverse_root), GRAIN, &work)
     }
 
-    /// x ← x + α p, and the next direction: p ← B r + β p, with `[α, β]`; `p` is zero before the first one.
+    /// The first direction: p ← B r.
+    fn set_out(&mut self, preconditioner: &Multigrid, scale: f64) {
+        let work = |(direction, (solution, inverse_root)): (&mut [f64], Scaled)| {
+            parallel::vectorized(|| {
+                for (p, (z, inverse)) in direction.iter_mut().zip(solution.iter().zip(inverse_root)) {
+                    *p = scale * f64::from(*z) * f64::from(*inverse);
+                }
+            });
+        };
+        parallel::for_each((&mut self.direction[..], preconditioner.solution()), GRAIN, &work);
+    }
+
+    /// x ← x + α p, and the next direction: p ← B r + β p, with `[α, β]`.
     fn turn(&mut self, preconditioner: &Multigrid, scale: f64, [step, conjugation]: [f64; 2], x: &mut [f64]) {
         let work = |((x, direction), (solution, inverse_root)): ((&mut [f64], &mut [f64]), Scaled)| {
             parallel::vectorized(|| {
