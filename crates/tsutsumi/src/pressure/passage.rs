@@ -790,6 +790,33 @@ fn fill_coarse(coarse: &Lattice, sums: &[f64], per_block: usize, place: usize, b
 mod tests {
     use super::*;
 
+    /// vᵀ P u = uᵀ Pᵀ v on lines longer than the shares that are found at a time, which start and end within blocks. Weights are eighths, values small
+    /// whole numbers: every sum is exact.
+    #[test]
+    fn restriction_is_the_transpose_of_prolongation() {
+        for (factor, from, len) in [(4, 0, 1536), (4, 3, 1101), (4, -2, 7), (2, 1, 700), (2, 0, 512)] {
+            let mut lattice = Lattice::default();
+            lattice.rebuild(1, 1, (from..from + len).map(|x| [x, 0, 0]));
+            let (mut passage, mut coarse) = (Passage::default(), Lattice::default());
+            passage.rebuild(1, factor, 1, &lattice, &mut coarse);
+            let by_site = |lattice: &Lattice, modulus: usize| {
+                let by_cell: Vec<f32> = (0..lattice.num_cells()).map(|cell| (cell * cell % modulus) as f32).collect();
+                let mut values = vec![0.0; lattice.num_sites()];
+                lattice.spread(&by_cell, &mut values);
+                values
+            };
+            let (cells, blocks) = (by_site(&lattice, 7), by_site(&coarse, 5));
+            let ones = vec![1.0; lattice.num_sites()];
+            let (mut prolonged, mut margins_filled) = (vec![0.0; lattice.num_sites()], blocks.clone());
+            passage.prolong(lattice.runs(), &[0], &mut [&mut margins_filled], &ones, &mut prolonged);
+            let mut restricted = vec![0.0; coarse.num_sites()];
+            passage.restrict(lattice.runs(), &[0], &cells, &ones, &mut [&mut restricted]);
+            let dot = |a: &[f32], b: &[f32]| a.iter().zip(b).map(|(a, b)| f64::from(a * b)).sum::<f64>();
+            assert_eq!(dot(&cells, &prolonged), dot(&blocks, &restricted), "{factor}, {from}, {len}");
+            assert!(dot(&cells, &prolonged) > 0.0);
+        }
+    }
+
     /// 8×8 blocks of 4×4 cells, each cell pulled by its neighbours with 1 and pushed by those across its corners with b/2: 112 pairs of blocks along the axes
     /// with four pulls and six pushes between them, 98 across corners with one push; distances count by a quarter of a block.
     #[test]
