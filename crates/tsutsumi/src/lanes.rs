@@ -1,8 +1,11 @@
 //! Vectors of four numbers, as wide as the processor at hand can take them.
 //!
 //! A [`Kernel`] is compiled for every processor, for those with vectors of four numbers (AVX2), and, if it says so, for those that keep 32 of them
-//! in registers (AVX-512); [`run`] finds out. Where lanes are particles, it takes as many as a register holds ([`Lanes`]). All give the same bits:
-//! products and sums are not fused, and nothing is summed in another order.
+//! in registers (AVX-512); [`run`] finds out. Where lanes are particles, it takes as many as a register holds ([`Lanes`]).
+//!
+//! All give the same bits: nothing is summed in another order, and a product that [`AddProduct`] adds is rounded only with its sum, which processors
+//! with AVX2, and all others than x86, do in one operation. An x86 processor without, one from before 2013, rounds twice there: it would need a
+//! hundred operations. Its results differ in the last bits.
 
 use std::ops::{Add, AddAssign, Mul, MulAssign};
 
@@ -21,6 +24,16 @@ pub(crate) trait Vectors: Copy {
     fn add(self, a: Self::Four, b: Self::Four) -> Self::Four;
     /// Products, one by one.
     fn mul(self, a: Self::Four, b: Self::Four) -> Self::Four;
+    /// sum + a b, one by one, rounded once.
+    fn fuse(self, a: Self::Four, b: Self::Four, sum: Self::Four) -> Self::Four;
+    /// sum + a b, rounded once.
+    fn fuse_one(self, a: f64, b: f64, sum: f64) -> f64;
+}
+
+/// Sums of products, each product rounded only with its sum.
+pub(crate) trait AddProduct<B> {
+    /// Adds a b.
+    fn add_product(&mut self, a: Self, b: B);
 }
 
 /// Work for which vectors matter. All that it calls must be inlined.
@@ -57,7 +70,7 @@ pub(crate) fn run<K: Kernel>(kernel: K) {
 }
 
 /// Numbers side by side, as many as the type says.
-pub(crate) trait Lanes<V>: Copy + Add<Output = Self> + Mul<Output = Self> {
+pub(crate) trait Lanes<V>: Copy + Add<Output = Self> + Mul<Output = Self> + AddProduct<Self> {
     /// How many: at most [`MOST_LANES`].
     const COUNT: usize;
 
@@ -99,7 +112,21 @@ impl Vectors for Portable {
     fn mul(self, a: Self::Four, b: Self::Four) -> Self::Four {
         a * b
     }
+
+    #[inline(always)]
+    fn fuse(self, a: Self::Four, b: Self::Four, sum: Self::Four) -> Self::Four {
+        let (a, b, sum) = (a.to_array(), b.to_array(), sum.to_array());
+        wide::f64x4::new(std::array::from_fn(|i| self.fuse_one(a[i], b[i], sum[i])))
+    }
+
+    #[inline(always)]
+    fn fuse_one(self, a: f64, b: f64, sum: f64) -> f64 {
+        if FUSES { a.mul_add(b, sum) } else { a * b + sum }
+    }
 }
+
+/// Whether all processors that the program is compiled for round a product only with its sum in one operation. In tests all do: to be compared.
+const FUSES: bool = cfg!(any(test, target_feature = "fma", not(any(target_arch = "x86", target_arch = "x86_64"))));
 
 /// Four numbers in a register, also where it would hold eight.
 #[cfg(target_arch = "x86_64")]
@@ -127,6 +154,16 @@ macro_rules! in_registers_of_four {
             #[inline(always)]
             fn mul(self, a: Self::Four, b: Self::Four) -> Self::Four {
                 self.mul_f64x4(a, b)
+            }
+
+            #[inline(always)]
+            fn fuse(self, a: Self::Four, b: Self::Four, sum: Self::Four) -> Self::Four {
+                self.mul_add_f64x4(a, b, sum)
+            }
+
+            #[inline(always)]
+            fn fuse_one(self, a: f64, b: f64, sum: f64) -> f64 {
+                a.mul_add(b, sum)
             }
         }
     )*};
@@ -238,6 +275,28 @@ impl Mul for Eight {
     }
 }
 
+#[cfg(target_arch = "x86_64")]
+impl AddProduct<Eight> for Eight {
+    #[inline(always)]
+    fn add_product(&mut self, a: Self, b: Self) {
+        self.values = self.vectors.mul_add_f64x8(a.values, b.values, self.values);
+    }
+}
+
+impl<V: Vectors> AddProduct<Four<V>> for Four<V> {
+    #[inline(always)]
+    fn add_product(&mut self, a: Self, b: Self) {
+        self.values = self.vectors.fuse(a.values, b.values, self.values);
+    }
+}
+
+impl<V: Vectors> AddProduct<f64> for Four<V> {
+    #[inline(always)]
+    fn add_product(&mut self, a: Self, b: f64) {
+        self.add_product(a, Four::splat(self.vectors, b));
+    }
+}
+
 impl<V: Vectors> Add for Four<V> {
     type Output = Self;
 
@@ -285,6 +344,19 @@ mod tests {
 
     struct Polynomial<'a>(&'a mut [f64; 4]);
 
+    struct SumOfProduct<'a>(&'a mut [f64; 4]);
+
+    impl Kernel for SumOfProduct<'_> {
+        const MANY_NUMBERS: bool = true;
+
+        fn run<V: Vectors>(self, vectors: V) {
+            let x = Four::new(vectors, *self.0);
+            let mut sum = Four::splat(vectors, -1.0);
+            sum.add_product(x, x);
+            *self.0 = sum.to_array();
+        }
+    }
+
     impl Kernel for Polynomial<'_> {
         const MANY_NUMBERS: bool = true;
 
@@ -303,5 +375,16 @@ mod tests {
         Polynomial(&mut portable).run(Portable);
         assert_eq!(at_hand.map(f64::to_bits), portable.map(f64::to_bits));
         assert_eq!(at_hand, x.map(|x| (x * x + x) * 3.0));
+    }
+
+    /// (1 + ε)² − 1 = 2 ε + ε²: rounded twice, the last term is lost.
+    #[test]
+    fn products_are_rounded_with_their_sums() {
+        let small = 0.5_f64.powi(30);
+        let (mut at_hand, mut portable) = ([1.0 + small; 4], [1.0 + small; 4]);
+        run(SumOfProduct(&mut at_hand));
+        SumOfProduct(&mut portable).run(Portable);
+        assert_eq!(at_hand, [2.0 * small + small * small; 4]);
+        assert_eq!(at_hand, portable);
     }
 }

@@ -8,6 +8,7 @@ mod chunk;
 mod corners;
 mod gather;
 mod rows;
+mod side_by_side;
 mod spread;
 mod stencil;
 mod sums;
@@ -622,8 +623,9 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
 
 #[cfg(test)]
 mod tests {
-    use super::corners::{GatherCorners, SpreadCorners};
+    use super::corners::SpreadCorners;
     use super::gather::Gather;
+    use super::side_by_side::GatherSideBySide;
     use super::spread::Spread;
     use super::*;
     use crate::lanes::{Kernel, Portable};
@@ -718,8 +720,8 @@ mod tests {
                     found: plainly.found(),
                 };
                 match WIDTH {
-                    2 => GatherCorners::<D, true, true>(chunk).run(Portable),
-                    _ => Gather::<D, WIDTH, true, true>(chunk).run(Portable),
+                    3 => Gather::<D, true, true>(chunk).run(Portable),
+                    _ => GatherSideBySide::<D, WIDTH, true, true>(chunk).run(Portable),
                 }
             }
         });

@@ -442,7 +442,7 @@ impl<const D: usize> FollowStep<'_, D> {
 #[inline(always)]
 fn strain_increments<const D: usize>(at: &GatheredBlock<D>, dt: f64, len: usize, increments: &mut IncrementBlock) {
     let gradient = |i: usize, j: usize, p: usize| at.velocity_gradient[i][j][p] * dt;
-    for p in 0..len.next_multiple_of(LANES) {
+    for p in 0..len.next_multiple_of(LANES).min(BLOCK) {
         for i in 0..D {
             increments.strain[i][p] = gradient(i, i, p);
         }

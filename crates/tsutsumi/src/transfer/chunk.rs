@@ -32,13 +32,16 @@ pub(super) struct ChunkWeights {
     along: [AlongAxis; 3],
 }
 
-/// Work on a chunk of particles whose weights are known.
+/// Work on a chunk of particles whose weights are known, in `D` dimensions.
 pub(super) trait ChunkWork {
-    /// Does it in `D` dimensions where a particle reaches two nodes along an axis: the corners of its cell.
+    /// Does it where a particle reaches two nodes along an axis: the corners of its cell.
     fn run_with_corners<const D: usize>(self);
 
-    /// Does it in `D` dimensions where a particle reaches `WIDTH` nodes along an axis, at least three.
-    fn run_with_rows<const D: usize, const WIDTH: usize>(self);
+    /// Does it where a particle reaches three nodes along an axis: those near one, which need not be the same for all in a cell.
+    fn run_near_nodes<const D: usize>(self);
+
+    /// Does it where a particle reaches four nodes along an axis, the same for all in a cell.
+    fn run_around_cells<const D: usize>(self);
 }
 
 /// What is found besides values and gradients.
@@ -101,14 +104,14 @@ impl ChunkWeights {
     pub(super) fn choose(&self, work: impl ChunkWork) {
         match (self.dimension, self.width) {
             (1, 2) => work.run_with_corners::<1>(),
-            (1, 3) => work.run_with_rows::<1, 3>(),
-            (1, _) => work.run_with_rows::<1, 4>(),
+            (1, 3) => work.run_near_nodes::<1>(),
+            (1, _) => work.run_around_cells::<1>(),
             (2, 2) => work.run_with_corners::<2>(),
-            (2, 3) => work.run_with_rows::<2, 3>(),
-            (2, _) => work.run_with_rows::<2, 4>(),
+            (2, 3) => work.run_near_nodes::<2>(),
+            (2, _) => work.run_around_cells::<2>(),
             (_, 2) => work.run_with_corners::<3>(),
-            (_, 3) => work.run_with_rows::<3, 3>(),
-            (_, _) => work.run_with_rows::<3, 4>(),
+            (_, 3) => work.run_near_nodes::<3>(),
+            (_, _) => work.run_around_cells::<3>(),
         }
     }
 

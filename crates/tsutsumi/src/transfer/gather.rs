@@ -1,9 +1,7 @@
-use std::ops::Range;
-
 use super::Gathered;
 use super::chunk::{ChunkWeights, ChunkWork};
-use super::corners::GatherCorners;
 use super::rows::{Row, first_lanes};
+use super::side_by_side::GatherSideBySide;
 use super::stencil::Stencil;
 use super::sums::{AxisWeights, Sums};
 use crate::grid::{Grid, NodeFields};
@@ -91,44 +89,60 @@ impl GatherChunk<'_> {
     pub(super) fn run(self) {
         self.weights.choose(self);
     }
+
+    /// Where all particles of a cell reach the same nodes.
+    fn run_side_by_side<const D: usize, const WIDTH: usize>(self) {
+        match (self.acceleration.is_empty(), self.moments) {
+            (true, false) => lanes::run(GatherSideBySide::<D, WIDTH, false, false>(self)),
+            (false, false) => lanes::run(GatherSideBySide::<D, WIDTH, true, false>(self)),
+            (true, true) => lanes::run(GatherSideBySide::<D, WIDTH, false, true>(self)),
+            (false, true) => lanes::run(GatherSideBySide::<D, WIDTH, true, true>(self)),
+        }
+    }
 }
 
 impl ChunkWork for GatherChunk<'_> {
     fn run_with_corners<const D: usize>(self) {
+        self.run_side_by_side::<D, 2>();
+    }
+
+    fn run_near_nodes<const D: usize>(self) {
         match (self.acceleration.is_empty(), self.moments) {
-            (true, false) => lanes::run(GatherCorners::<D, false, false>(self)),
-            (false, false) => lanes::run(GatherCorners::<D, true, false>(self)),
-            (true, true) => lanes::run(GatherCorners::<D, false, true>(self)),
-            (false, true) => lanes::run(GatherCorners::<D, true, true>(self)),
+            (true, false) => lanes::run(Gather::<D, false, false>(self)),
+            (false, false) => lanes::run(Gather::<D, true, false>(self)),
+            (true, true) => lanes::run(Gather::<D, false, true>(self)),
+            (false, true) => lanes::run(Gather::<D, true, true>(self)),
         }
     }
 
-    fn run_with_rows<const D: usize, const WIDTH: usize>(self) {
-        match (self.acceleration.is_empty(), self.moments) {
-            (true, false) => lanes::run(Gather::<D, WIDTH, false, false>(self)),
-            (false, false) => lanes::run(Gather::<D, WIDTH, true, false>(self)),
-            (true, true) => lanes::run(Gather::<D, WIDTH, false, true>(self)),
-            (false, true) => lanes::run(Gather::<D, WIDTH, true, true>(self)),
-        }
+    fn run_around_cells<const D: usize>(self) {
+        self.run_side_by_side::<D, 4>();
     }
 }
 
-/// The same, with or without accelerations and moments.
-pub(super) struct Gather<'a, const D: usize, const WIDTH: usize, const A: bool, const M: bool>(
-    pub(super) GatherChunk<'a>,
-);
+/// The same, with or without accelerations and moments, particle by particle.
+pub(super) struct Gather<'a, const D: usize, const A: bool, const M: bool>(pub(super) GatherChunk<'a>);
 
-impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Kernel for Gather<'_, D, WIDTH, A, M> {
+/// Nodes along an axis that a particle reaches.
+const WIDTH: usize = 3;
+
+impl<const D: usize, const A: bool, const M: bool> Kernel for Gather<'_, D, A, M> {
     const MANY_NUMBERS: bool = true;
 
     #[inline(always)]
     fn run<X: Vectors>(self, vectors: X) {
-        // The compiler knows which one it is, and so the length of every loop.
-        match WIDTH.div_ceil(nodes_per_vector(D)) {
-            1 => self.gather::<X, 1, 1>(vectors),
-            2 => self.gather::<X, 2, 1>(vectors),
-            3 => self.gather::<X, 3, 2>(vectors),
-            _ => self.gather::<X, 4, 3>(vectors),
+        let GatherChunk { weights, velocity, acceleration, gradients_only, start, found, .. } = self.0;
+        let Some(mut found) = FoundIn::<D>::new(found) else { return };
+        let (velocity, acceleration) = (velocity.as_chunks().0, acceleration.as_chunks().0);
+        // One length, known to be the same: one check per row.
+        let acceleration = if A { &acceleration[..velocity.len()] } else { acceleration };
+        for (i, p) in (start..BLOCK).enumerate().take(weights.len()) {
+            let nodes = Nodes { first: weights.first_node(i), velocity, acceleration };
+            let sums = nodes.sum::<X, A, M>(vectors, weights, i);
+            sums.give_variation::<M>(p, &mut found);
+            if !gradients_only {
+                sums.give_velocity::<A>(p, &mut found);
+            }
         }
     }
 }
@@ -136,53 +150,6 @@ impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Kernel fo
 /// Whole nodes in a vector of four numbers: in 3-D the last number is that of another node, and means nothing.
 const fn nodes_per_vector(dimensions: usize) -> usize {
     4 / dimensions
-}
-
-impl<const D: usize, const WIDTH: usize, const A: bool, const M: bool> Gather<'_, D, WIDTH, A, M> {
-    /// Rows are `V` vectors long, or `LESS` if a node is left out that has one of its own.
-    #[inline(always)]
-    fn gather<X: Vectors, const V: usize, const LESS: usize>(self, vectors: X) {
-        let GatherChunk { weights, velocity, acceleration, gradients_only, start, found, .. } = self.0;
-        let Some(mut found) = FoundIn::<D>::new(found) else { return };
-        let (velocity, acceleration) = (velocity.as_chunks().0, acceleration.as_chunks().0);
-        // One length, known to be the same: one check per row.
-        let acceleration = if A { &acceleration[..velocity.len()] } else { acceleration };
-        for (i, p) in (start..BLOCK).enumerate().take(weights.len()) {
-            let reached = if D > 2 { weights.reached::<WIDTH>(0, i) } else { 0..WIDTH };
-            let sums = match reached.len() == WIDTH {
-                true => Self::sums::<X, V>(vectors, weights, i, reached, velocity, acceleration),
-                false => Self::sums::<X, LESS>(vectors, weights, i, reached, velocity, acceleration),
-            };
-            sums.give_variation::<M>(p, &mut found);
-            if !gradients_only {
-                sums.give_velocity::<A>(p, &mut found);
-            }
-        }
-    }
-
-    /// The sums of a particle over all layers and rows, of the nodes `reached` along x.
-    #[inline(always)]
-    fn sums<X: Vectors, const V: usize>(
-        vectors: X,
-        weights: &ChunkWeights,
-        i: usize,
-        reached: Range<usize>,
-        velocity: &[[f64; D]],
-        acceleration: &[[f64; D]],
-    ) -> Sums<Four<X>, D> {
-        let nodes = Nodes { first: weights.first_node(i) + reached.start as u32, velocity, acceleration };
-        let mut sums = match D > 2 {
-            true => nodes.sum_layers::<X, V, WIDTH, A, M>(vectors, weights, i, reached),
-            false => nodes.sum_columns::<X, V, WIDTH, A, M>(vectors, weights, i),
-        };
-        if M {
-            for axis in 1..D {
-                let last = weights.reached::<WIDTH>(axis, i).end - 1;
-                sums.finish_moment(axis, weights.arm(axis, last, i), -weights.spacing(axis));
-            }
-        }
-        sums
-    }
 }
 
 /// The fields of the nodes, and the first one that a particle reaches.
@@ -193,16 +160,38 @@ struct Nodes<'a, const D: usize> {
 }
 
 impl<const D: usize> Nodes<'_, D> {
-    /// In space: the nodes of a row, each in a vector of its own, the rows of a layer, the layers.
+    /// The sums of a particle.
     #[inline(always)]
-    fn sum_layers<X: Vectors, const V: usize, const WIDTH: usize, const A: bool, const M: bool>(
+    fn sum<X: Vectors, const A: bool, const M: bool>(
         &self,
         vectors: X,
         weights: &ChunkWeights,
         i: usize,
-        reached: Range<usize>,
     ) -> Sums<Four<X>, D> {
-        let along_x: [AxisWeights<f64>; V] = std::array::from_fn(|v| weights.of_node(0, reached.start + v, i));
+        // The compiler knows which one it is, and so the length of every loop.
+        let mut sums = match D {
+            1 => self.sum_columns::<X, 1, A, M>(vectors, weights, i),
+            2 => self.sum_columns::<X, 2, A, M>(vectors, weights, i),
+            _ => self.sum_layers::<X, A, M>(vectors, weights, i),
+        };
+        if M {
+            // In the plane that along x is there.
+            for axis in if D > 2 { 0 } else { 1 }..D {
+                sums.finish_moment(axis, weights.arm(axis, WIDTH - 1, i), -weights.spacing(axis));
+            }
+        }
+        sums
+    }
+
+    /// In space: the nodes of a row, each in a vector of its own, the rows of a layer, the layers.
+    #[inline(always)]
+    fn sum_layers<X: Vectors, const A: bool, const M: bool>(
+        &self,
+        vectors: X,
+        weights: &ChunkWeights,
+        i: usize,
+    ) -> Sums<Four<X>, D> {
+        let along_x: [AxisWeights<f64>; WIDTH] = std::array::from_fn(|k| weights.of_node(0, k, i));
         let along_y = weights.layers::<D, WIDTH>(1, i);
         let zero = Four::splat(vectors, -0.0);
         let mut sums = Sums::zeros(zero);
@@ -210,27 +199,25 @@ impl<const D: usize> Nodes<'_, D> {
             let mut layer = Sums::zeros(zero);
             for y in along_y.clone() {
                 let first = (self.first + z.offset + y.offset) as usize;
-                let velocity = &self.velocity[first..first + V];
-                let acceleration = if A { &self.acceleration[first..first + V] } else { self.acceleration };
+                let velocity = &self.velocity[first..first + WIDTH];
+                let acceleration = if A { &self.acceleration[first..first + WIDTH] } else { self.acceleration };
                 let mut row = Sums::zeros(zero);
-                for (v, x) in along_x.iter().enumerate() {
-                    let velocity = vector_of_row(vectors, velocity, v);
-                    let acceleration = if A { vector_of_row(vectors, acceleration, v) } else { zero };
+                for (k, x) in along_x.iter().enumerate() {
+                    let velocity = vector_of_row(vectors, velocity, k);
+                    let acceleration = if A { vector_of_row(vectors, acceleration, k) } else { zero };
                     row.add::<_, A, M>(&Sums { velocity, acceleration, ..Sums::zeros(zero) }, 0, x);
                 }
                 layer.add::<_, A, M>(&row, 1, &y.weights);
             }
             sums.add::<_, A, M>(&layer, 2, &z.weights);
         }
-        if M {
-            sums.finish_moment(0, weights.arm(0, reached.end - 1, i), -weights.spacing(0));
-        }
         sums
     }
 
-    /// In the plane: the rows as they lie in memory, with the weights along y; then the nodes of their sum, of which several are in a vector.
+    /// In the plane: the rows as they lie in memory, `V` vectors each, with the weights along y; then the nodes of their sum, of which several
+    /// are in a vector.
     #[inline(always)]
-    fn sum_columns<X: Vectors, const V: usize, const WIDTH: usize, const A: bool, const M: bool>(
+    fn sum_columns<X: Vectors, const V: usize, const A: bool, const M: bool>(
         &self,
         vectors: X,
         weights: &ChunkWeights,
@@ -245,8 +232,8 @@ impl<const D: usize> Nodes<'_, D> {
             let row = Sums { velocity: row(self.velocity), acceleration, ..Sums::zeros(zero) };
             columns.add::<_, A, M>(&row, 1, &y.weights);
         }
-        let value = along_x::<X, V, D, WIDTH>(vectors, |k| weights.value(0, k, i));
-        let gradient = along_x::<X, V, D, WIDTH>(vectors, |k| weights.gradient(0, k, i));
+        let value = along_x::<X, V, D>(vectors, |k| weights.value(0, k, i));
+        let gradient = along_x::<X, V, D>(vectors, |k| weights.gradient(0, k, i));
         let mut sums = Sums::zeros(Four::splat(vectors, -0.0));
         sums.velocity = columns.velocity.dot(vectors, value);
         sums.gradient[0] = columns.velocity.dot(vectors, gradient);
@@ -258,19 +245,16 @@ impl<const D: usize> Nodes<'_, D> {
             sums.moment[axis] = columns.moment[axis].dot(vectors, value);
         }
         if M {
-            let arm = along_x::<X, V, D, WIDTH>(vectors, |k| weights.arm(0, k, i));
+            let arm = along_x::<X, V, D>(vectors, |k| weights.arm(0, k, i));
             sums.moment[0] = columns.velocity.dot(vectors, value * arm);
         }
         sums
     }
 }
 
-/// One number for each of the `WIDTH` nodes of a row, and zeros for what the vectors are longer.
+/// One number for each node of a row, and zeros for what the vectors are longer.
 #[inline(always)]
-fn along_x<X: Vectors, const V: usize, const D: usize, const WIDTH: usize>(
-    vectors: X,
-    of_node: impl Fn(usize) -> f64,
-) -> Row<X, V> {
+fn along_x<X: Vectors, const V: usize, const D: usize>(vectors: X, of_node: impl Fn(usize) -> f64) -> Row<X, V> {
     Row::of_nodes(vectors, D, |k| if k < WIDTH { of_node(k) } else { 0.0 })
 }
 

@@ -1,6 +1,6 @@
 use std::ops::{Add, AddAssign, Mul};
 
-use crate::lanes::{Four, Vectors};
+use crate::lanes::{AddProduct, Four, Vectors};
 
 /// Numbers at the nodes of a row along x as they lie in memory, the components of a node and then those of the next: `V` vectors of four.
 #[derive(Clone, Copy)]
@@ -49,9 +49,21 @@ impl<X: Vectors, const V: usize> Row<X, V> {
     pub(super) fn dot(self, vectors: X, other: Self) -> Four<X> {
         let mut sum = Four::splat(vectors, -0.0);
         for v in 0..V {
-            sum += self.0[v] * other.0[v];
+            sum.add_product(self.0[v], other.0[v]);
         }
         sum
+    }
+
+    /// Adds products of rows and numbers to the numbers of a row.
+    #[inline(always)]
+    pub(super) fn add_products<const N: usize>(vectors: X, products: [(&Self, f64); N], values: &mut [f64]) {
+        for (v, values) in values.chunks_mut(4).enumerate().take(V) {
+            let mut sum = first_lanes(vectors, values);
+            for (row, factor) in products {
+                sum.add_product(row.0[v], factor);
+            }
+            values.copy_from_slice(&sum.to_array()[..values.len()]);
+        }
     }
 
     /// Adds the numbers to those of a row.
@@ -75,6 +87,24 @@ pub(super) fn first_lanes<X: Vectors>(vectors: X, values: &[f64]) -> Four<X> {
         [a, b] => Four::new(vectors, [a, b, 0.0, 0.0]),
         [a] => Four::new(vectors, [a, 0.0, 0.0, 0.0]),
         _ => Four::splat(vectors, 0.0),
+    }
+}
+
+impl<X: Vectors, const V: usize> AddProduct<Row<X, V>> for Row<X, V> {
+    #[inline(always)]
+    fn add_product(&mut self, a: Self, b: Self) {
+        for v in 0..V {
+            self.0[v].add_product(a.0[v], b.0[v]);
+        }
+    }
+}
+
+impl<X: Vectors, const V: usize> AddProduct<f64> for Row<X, V> {
+    #[inline(always)]
+    fn add_product(&mut self, a: Self, b: f64) {
+        for v in 0..V {
+            self.0[v].add_product(a.0[v], b);
+        }
     }
 }
 

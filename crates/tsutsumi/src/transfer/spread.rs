@@ -1,7 +1,7 @@
 use super::chunk::{ChunkWeights, ChunkWork, Layer};
 use super::corners::SpreadCorners;
 use super::rows::Row;
-use crate::lanes::{self, Kernel, Vectors};
+use crate::lanes::{self, AddProduct, Kernel, Vectors};
 use crate::particles::{LocalMotion, Particles};
 use crate::shape::MAX_WIDTH;
 
@@ -60,6 +60,13 @@ impl SpreadChunk<'_> {
     pub(super) fn run(self) {
         self.weights.choose(self);
     }
+
+    fn run_with_rows<const D: usize, const WIDTH: usize>(self) {
+        match self.sources.local_motion {
+            LocalMotion::Nothing => lanes::run(Spread::<D, WIDTH, false>(self)),
+            LocalMotion::Moments | LocalMotion::Gradient => lanes::run(Spread::<D, WIDTH, true>(self)),
+        }
+    }
 }
 
 impl ChunkWork for SpreadChunk<'_> {
@@ -70,11 +77,12 @@ impl ChunkWork for SpreadChunk<'_> {
         }
     }
 
-    fn run_with_rows<const D: usize, const WIDTH: usize>(self) {
-        match self.sources.local_motion {
-            LocalMotion::Nothing => lanes::run(Spread::<D, WIDTH, false>(self)),
-            LocalMotion::Moments | LocalMotion::Gradient => lanes::run(Spread::<D, WIDTH, true>(self)),
-        }
+    fn run_near_nodes<const D: usize>(self) {
+        self.run_with_rows::<D, 3>();
+    }
+
+    fn run_around_cells<const D: usize>(self) {
+        self.run_with_rows::<D, 4>();
     }
 }
 
@@ -227,13 +235,14 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
         for j in 1..D {
             let arm = weights.arm(j, weights.reached::<WIDTH>(j, i).start, i);
             for component in 0..D {
-                momentum[component] += columns[j][component] * arm;
+                momentum[component] = vectors.fuse_one(columns[j][component], arm, momentum[component]);
             }
             let step = columns[j].map(|component| component * weights.spacing(j));
             steps[j] = value * Row::of_components(vectors, step);
         }
         let arm = Row::of_nodes(vectors, D, |k| weights.arm(0, k, i));
-        let along_x = Row::of_components(vectors, momentum) + arm * Row::of_components(vectors, columns[0]);
+        let mut along_x = Row::of_components(vectors, momentum);
+        along_x.add_product(arm, Row::of_components(vectors, columns[0]));
         (value * along_x, steps)
     }
 
@@ -256,14 +265,11 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
                 let row = (first + z.offset + y.offset) as usize;
                 let row = row..row + WIDTH;
                 for (at_node, mass) in nodes.mass[row.clone()].iter_mut().zip(self.mass) {
-                    *at_node += mass * value;
+                    *at_node = vectors.fuse_one(mass, value, *at_node);
                 }
-                (momentum * value).add_to(vectors, nodes.momentum[row.clone()].as_flattened_mut());
-                let mut force = forces.by_value * y.weights.value;
-                if D > 1 {
-                    force += forces.by_gradient * y.weights.gradient;
-                }
-                force.add_to(vectors, nodes.force[row].as_flattened_mut());
+                Row::add_products(vectors, [(&momentum, value)], nodes.momentum[row.clone()].as_flattened_mut());
+                let by_weight = [(&forces.by_value, y.weights.value), (&forces.by_gradient, y.weights.gradient)];
+                Row::add_products(vectors, by_weight, nodes.force[row].as_flattened_mut());
                 if AROUND && D > 1 {
                     momentum += self.momentum_step[1];
                 }
@@ -277,10 +283,9 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
     /// With the weights along z.
     #[inline(always)]
     fn forces_in_layer(&self, z: &Layer) -> ForceRows<X, V> {
-        ForceRows {
-            by_value: self.force[0] * z.weights.value + self.force[2] * z.weights.gradient,
-            by_gradient: self.force[1] * z.weights.value,
-        }
+        let mut by_value = self.force[0] * z.weights.value;
+        by_value.add_product(self.force[2], z.weights.gradient);
+        ForceRows { by_value, by_gradient: self.force[1] * z.weights.value }
     }
 }
 

@@ -1,5 +1,7 @@
 use std::ops::{AddAssign, Mul};
 
+use crate::lanes::AddProduct;
+
 /// What belongs to a node, row or layer of a stencil along an axis.
 #[derive(Clone, Copy)]
 pub(super) struct AxisWeights<W> {
@@ -35,7 +37,7 @@ impl<T: Copy + AddAssign, const D: usize> Sums<T, D> {
         axis: usize,
         weights: &AxisWeights<W>,
     ) where
-        T: Mul<W, Output = T>,
+        T: AddProduct<W>,
     {
         if axis >= D {
             *self = *part;
@@ -45,17 +47,17 @@ impl<T: Copy + AddAssign, const D: usize> Sums<T, D> {
             // All that came before is a step farther from the last.
             self.moment[axis] += self.velocity;
         }
-        self.velocity += part.velocity * weights.value;
+        self.velocity.add_product(part.velocity, weights.value);
         if A {
-            self.acceleration += part.acceleration * weights.value;
+            self.acceleration.add_product(part.acceleration, weights.value);
         }
         for j in 0..axis {
-            self.gradient[j] += part.gradient[j] * weights.value;
+            self.gradient[j].add_product(part.gradient[j], weights.value);
             if M {
-                self.moment[j] += part.moment[j] * weights.value;
+                self.moment[j].add_product(part.moment[j], weights.value);
             }
         }
-        self.gradient[axis] += part.velocity * weights.gradient;
+        self.gradient[axis].add_product(part.velocity, weights.gradient);
     }
 
     /// The moment along an axis, Σ N v (x_I − X_p), by the way from the point to the last node (m) and minus that from node to node (m):
@@ -66,10 +68,10 @@ impl<T: Copy + AddAssign, const D: usize> Sums<T, D> {
     #[inline(always)]
     pub(super) fn finish_moment<W: Copy>(&mut self, axis: usize, to_last: W, minus_spacing: W)
     where
-        T: Mul<W, Output = T>,
+        T: Mul<W, Output = T> + AddProduct<W>,
     {
         let mut moment = self.velocity * to_last;
-        moment += self.moment[axis] * minus_spacing;
+        moment.add_product(self.moment[axis], minus_spacing);
         self.moment[axis] = moment;
     }
 }
