@@ -158,7 +158,7 @@ where
     ) {
         let Loop { grid, nodes, particles, shape, velocity_update, group, .. } = self;
         let block = start..particles.len().min(start + BLOCK);
-        let wanted = Wanted { acceleration: true, moments: false };
+        let wanted = Wanted { acceleration: true, moments: &mut [] };
         shape.gather_block(grid, nodes, particles.places().part(block.clone()), wanted, at_particles);
         let increments = &mut increments[..block.len()];
         for (p, increment) in increments.iter_mut().enumerate() {

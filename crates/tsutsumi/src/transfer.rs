@@ -48,39 +48,33 @@ impl<const D: usize> Default for Gathered<D> {
 }
 
 /// What [`Transfer::gather_block`] looks for besides velocities and their gradients.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
-pub struct Wanted {
+#[derive(Debug, Default)]
+pub struct Wanted<'a, const D: usize> {
     /// [`Gathered::acceleration`].
     pub acceleration: bool,
-    /// [`Gathered::moments`].
-    pub moments: bool,
+    /// [`Gathered::moments`], to be put here, one for each place; empty where they are not wanted.
+    pub moments: &'a mut [Matrix<D>],
 }
 
-/// [`Gathered`] of the particles of a block, component by component.
+/// [`Gathered`] of the particles of a block, component by component. Moments are not kept here, see [`Wanted::moments`].
 #[derive(Debug, Clone)]
 pub struct GatheredBlock<const D: usize> {
     pub(crate) velocity: [[f64; BLOCK]; D],
     pub(crate) acceleration: [[f64; BLOCK]; D],
     /// Component i, axis j.
     pub(crate) velocity_gradient: [[[f64; BLOCK]; D]; D],
-    pub(crate) moments: [Matrix<D>; BLOCK],
 }
 
 impl<const D: usize> GatheredBlock<D> {
     /// A block of zeros.
     pub fn new() -> Self {
         let zeros = [0.0; BLOCK];
-        GatheredBlock {
-            velocity: [zeros; D],
-            acceleration: [zeros; D],
-            velocity_gradient: [[zeros; D]; D],
-            moments: [Matrix::zeros(); BLOCK],
-        }
+        GatheredBlock { velocity: [zeros; D], acceleration: [zeros; D], velocity_gradient: [[zeros; D]; D] }
     }
 
-    /// What is found, as plain numbers.
-    fn found(&mut self) -> Found<'_> {
-        let GatheredBlock { velocity, acceleration, velocity_gradient, moments } = self;
+    /// What is found, as plain numbers, with the moments.
+    fn found<'a>(&'a mut self, moments: &'a mut [Matrix<D>]) -> Found<'a> {
+        let GatheredBlock { velocity, acceleration, velocity_gradient } = self;
         let (velocity_gradient, moments) = (velocity_gradient.as_flattened_mut(), bytemuck::cast_slice_mut(moments));
         Found { velocity, acceleration, velocity_gradient, moments }
     }
@@ -96,7 +90,6 @@ impl<const D: usize> GatheredBlock<D> {
                 at.velocity_gradient[(i, j)] = self.velocity_gradient[i][j][p];
             }
         }
-        at.moments = self.moments[p];
         at
     }
 }
@@ -177,12 +170,12 @@ pub trait Transfer<const D: usize>: Send + Sync {
         grid: &Grid<D>,
         nodes: &NodeFields<D>,
         places: Places<D>,
-        wanted: Wanted,
+        wanted: Wanted<D>,
         block: &mut GatheredBlock<D>,
     );
 
-    /// The gradients of a velocity field of the nodes (m/s) in these places, for at most as many particles as a block holds. Its velocities,
-    /// accelerations and moments stay as they are.
+    /// The gradients of a velocity field of the nodes (m/s) in these places, for at most as many particles as a block holds. Its velocities
+    /// and accelerations stay as they are.
     fn gather_gradients(&self, grid: &Grid<D>, at_nodes: &[Vector<D>], places: Places<D>, block: &mut GatheredBlock<D>);
 
     /// A field of the nodes in these places, Σ_I N_I(X_p) f_I, in the unit of the field.
@@ -317,18 +310,18 @@ fn gather<S: ShapeFunction, const D: usize>(
     grid: &Grid<D>,
     [velocity, acceleration]: [&[Vector<D>]; 2],
     places: Places<D>,
-    moments: bool,
+    moments: &mut [Matrix<D>],
     gradients_only: bool,
     block: &mut GatheredBlock<D>,
 ) {
-    let len = places.position.len().min(BLOCK);
+    let len = places.position.len().min(if moments.is_empty() { BLOCK } else { moments.len().min(BLOCK) });
     let (velocity, acceleration) = (bytemuck::cast_slice(velocity), bytemuck::cast_slice(acceleration));
-    let further = if moments { Further::Arms } else { Further::Nothing };
+    let further = if moments.is_empty() { Further::Nothing } else { Further::Arms };
     with_weights(|weights| {
         for start in (0..len).step_by(CHUNK) {
             weights.find(shape, grid, places, further, start..len.min(start + CHUNK));
-            let found = block.found();
-            GatherChunk { weights, velocity, acceleration, moments, gradients_only, start, found }.run();
+            let found = block.found(moments);
+            GatherChunk { weights, velocity, acceleration, gradients_only, start, found }.run();
         }
     });
 }
@@ -468,7 +461,7 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         grid: &Grid<D>,
         nodes: &NodeFields<D>,
         places: Places<D>,
-        wanted: Wanted,
+        wanted: Wanted<D>,
         block: &mut GatheredBlock<D>,
     ) {
         let acceleration = if wanted.acceleration { &nodes.acceleration[..] } else { &[] };
@@ -482,7 +475,7 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         places: Places<D>,
         block: &mut GatheredBlock<D>,
     ) {
-        gather(self, grid, [at_nodes, &[]], places, false, true, block);
+        gather(self, grid, [at_nodes, &[]], places, &mut [], true, block);
     }
 
     fn interpolate(&self, grid: &Grid<D>, places: Places<D>, at_nodes: &[Vector<D>], at_particles: &mut [Vector<D>]) {
@@ -703,7 +696,8 @@ mod tests {
         assert_eq!((&at_hand.velocity_old, &at_hand.force), (&portable.velocity_old, &portable.force));
 
         let (mut found, mut plainly) = (GatheredBlock::new(), GatheredBlock::new());
-        let wanted = Wanted { acceleration: true, moments: true };
+        let mut moments = [vec![Matrix::zeros(); particles.len()], vec![Matrix::zeros(); particles.len()]];
+        let wanted = Wanted { acceleration: true, moments: &mut moments[0] };
         let nodes =
             NodeFields { velocity: at_hand.velocity_old.clone(), acceleration: at_hand.force.clone(), ..at_hand };
         shape.gather_block(&grid, &nodes, particles.places(), wanted, &mut found);
@@ -714,10 +708,9 @@ mod tests {
                     weights,
                     velocity: bytemuck::cast_slice(&nodes.velocity),
                     acceleration: bytemuck::cast_slice(&nodes.acceleration),
-                    moments: true,
                     gradients_only: false,
                     start,
-                    found: plainly.found(),
+                    found: plainly.found(&mut moments[1]),
                 };
                 match WIDTH {
                     3 => Gather::<D, true, true>(chunk).run(Portable),
@@ -728,6 +721,7 @@ mod tests {
         for p in 0..particles.len() {
             assert_eq!(found.at(p), plainly.at(p));
         }
+        assert_eq!(moments[0], moments[1]);
     }
 
     #[test]

@@ -330,15 +330,14 @@ impl<const D: usize> FollowStep<'_, D> {
             fetch(next.half_size_at_start, 0..ahead);
         }
         if gathers {
-            let wanted = Wanted {
-                acceleration: self.velocity_update.needs_acceleration(),
-                moments: self.velocity_update.local_motion() == LocalMotion::Moments,
-            };
-            at.transfer.gather_block(at.grid, nodes, block.places(), wanted, at_particles);
+            let (wanted, places) = self.ask(&mut block);
+            at.transfer.gather_block(at.grid, nodes, places, wanted, at_particles);
         }
-        if pass.velocity {
-            // Before anything changes the gradient of v_I^L.
-            self.keep_local_motion(block.local_motion, at_particles);
+        if pass.velocity && self.velocity_update.local_motion() == LocalMotion::Gradient {
+            // Before anything changes that of v_I^L.
+            for (p, gradient) in block.local_motion.iter_mut().enumerate() {
+                *gradient = at_particles.at(p).velocity_gradient;
+            }
         }
         if let Some(field) = self.strained_by {
             // The gradient of v_I^L is there already.
@@ -388,17 +387,13 @@ impl<const D: usize> FollowStep<'_, D> {
         followed
     }
 
-    /// Keeps what the velocity update wants of the motion around the particles.
-    fn keep_local_motion(&self, local_motion: &mut [Matrix<D>], at_particles: &GatheredBlock<D>) {
-        match self.velocity_update.local_motion() {
-            LocalMotion::Nothing => {}
-            LocalMotion::Moments => local_motion.copy_from_slice(&at_particles.moments[..local_motion.len()]),
-            LocalMotion::Gradient => {
-                for (p, gradient) in local_motion.iter_mut().enumerate() {
-                    *gradient = at_particles.at(p).velocity_gradient;
-                }
-            }
-        }
+    /// What is asked of the grid for a block, and where. Moments go where they stay.
+    fn ask<'b>(&self, block: &'b mut Piece<D>) -> (Wanted<'b, D>, Places<'b, D>) {
+        let keeps_moments = self.pass.velocity && self.velocity_update.local_motion() == LocalMotion::Moments;
+        let Piece { position, half_size, half_size_at_start, local_motion, .. } = block;
+        let acceleration = self.velocity_update.needs_acceleration();
+        let moments = if keeps_moments { &mut local_motion[..] } else { &mut [] };
+        (Wanted { acceleration, moments }, Places { position, half_size, half_size_at_start })
     }
 
     /// Stretches volumes, by det(I + Δt ∇v), boxes and pores. Returns whether the grains of any particle leave no room for water.

@@ -48,14 +48,14 @@ pub(super) struct GatherChunk<'a> {
     /// The fields of the nodes; empty accelerations are not asked for.
     pub(super) velocity: &'a [f64],
     pub(super) acceleration: &'a [f64],
-    pub(super) moments: bool,
     pub(super) gradients_only: bool,
     /// Where in the block the chunk begins.
     pub(super) start: usize,
     pub(super) found: Found<'a>,
 }
 
-/// The components of [`GatheredBlock`](super::GatheredBlock), each for a whole block; the moments are matrices column by column.
+/// The components of [`GatheredBlock`](super::GatheredBlock), each for a whole block, and the moments, matrices column by column, for all particles or,
+/// where they are not asked for, none.
 pub(super) struct Found<'a> {
     pub(super) velocity: &'a mut [[f64; BLOCK]],
     pub(super) acceleration: &'a mut [[f64; BLOCK]],
@@ -68,7 +68,7 @@ pub(super) struct FoundIn<'a, const D: usize> {
     pub(super) velocity: &'a mut [[f64; BLOCK]; D],
     pub(super) acceleration: &'a mut [[f64; BLOCK]; D],
     pub(super) velocity_gradient: &'a mut [[[f64; BLOCK]; D]; D],
-    pub(super) moments: &'a mut [[[f64; D]; D]; BLOCK],
+    pub(super) moments: &'a mut [[[f64; D]; D]],
 }
 
 impl<'a, const D: usize> FoundIn<'a, D> {
@@ -79,7 +79,7 @@ impl<'a, const D: usize> FoundIn<'a, D> {
             velocity: found.velocity.first_chunk_mut()?,
             acceleration: found.acceleration.first_chunk_mut()?,
             velocity_gradient: found.velocity_gradient.as_chunks_mut().0.first_chunk_mut()?,
-            moments: found.moments.as_chunks_mut().0.as_chunks_mut().0.first_chunk_mut()?,
+            moments: found.moments.as_chunks_mut().0.as_chunks_mut().0,
         })
     }
 }
@@ -92,7 +92,7 @@ impl GatherChunk<'_> {
 
     /// Where all particles of a cell reach the same nodes.
     fn run_side_by_side<const D: usize, const WIDTH: usize>(self) {
-        match (self.acceleration.is_empty(), self.moments) {
+        match (self.acceleration.is_empty(), !self.found.moments.is_empty()) {
             (true, false) => lanes::run(GatherSideBySide::<D, WIDTH, false, false>(self)),
             (false, false) => lanes::run(GatherSideBySide::<D, WIDTH, true, false>(self)),
             (true, true) => lanes::run(GatherSideBySide::<D, WIDTH, false, true>(self)),
@@ -107,7 +107,7 @@ impl ChunkWork for GatherChunk<'_> {
     }
 
     fn run_near_nodes<const D: usize>(self) {
-        match (self.acceleration.is_empty(), self.moments) {
+        match (self.acceleration.is_empty(), !self.found.moments.is_empty()) {
             (true, false) => lanes::run(Gather::<D, false, false>(self)),
             (false, false) => lanes::run(Gather::<D, true, false>(self)),
             (true, true) => lanes::run(Gather::<D, false, true>(self)),
