@@ -1,4 +1,4 @@
-use std::ops::{Add, AddAssign, Mul};
+use std::ops::{AddAssign, Mul};
 
 use crate::lanes::{AddProduct, Four, Vectors};
 
@@ -105,16 +105,6 @@ impl<X: Vectors, const V: usize> AddProduct<f64> for Row<X, V> {
         for v in 0..V {
             self.0[v].add_product(a.0[v], b);
         }
-    }
-}
-
-impl<X: Vectors, const V: usize> Add for Row<X, V> {
-    type Output = Self;
-
-    #[inline(always)]
-    fn add(mut self, other: Self) -> Self {
-        self += other;
-        self
     }
 }
 
