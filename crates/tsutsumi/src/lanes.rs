@@ -186,6 +186,12 @@ impl<V: Vectors> Four<V> {
         Four { vectors, values: vectors.pack(values) }
     }
 
+    /// The components of a vector; after the last come the first again.
+    #[inline(always)]
+    pub(crate) fn repeat<const D: usize>(vectors: V, components: [f64; D]) -> Self {
+        Four::new(vectors, std::array::from_fn(|lane| components[lane % D]))
+    }
+
     /// Four times the same number.
     #[inline(always)]
     pub(crate) fn splat(vectors: V, value: f64) -> Self {

@@ -119,7 +119,7 @@ impl<X: Vectors, const D: usize, const FACES: usize> CornerSums<X, D, FACES> {
                     })
                 };
                 let masses = [mass[corner], mass[corner + 1]];
-                Row::<X, 1>::of_components(vectors, masses).add_to(vectors, &mut nodes.mass[row.clone()]);
+                Row::<X, 1>::of_numbers(vectors, &masses).add_to(vectors, &mut nodes.mass[row.clone()]);
                 in_row(&momentum).add_to(vectors, nodes.momentum[row.clone()].as_flattened_mut());
                 in_row(&force).add_to(vectors, nodes.force[row].as_flattened_mut());
             }

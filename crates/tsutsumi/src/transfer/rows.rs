@@ -19,10 +19,11 @@ impl<X: Vectors, const V: usize> Row<X, V> {
         Row::from_fn(vectors, |place| of_node(place / components))
     }
 
-    /// One number for each component, the same for all nodes.
+    /// One number for each of `D` components, the same for all nodes.
     #[inline(always)]
-    pub(super) fn of_components<const D: usize>(vectors: X, values: [f64; D]) -> Self {
-        Row::from_fn(vectors, |place| values[place % D])
+    pub(super) fn of_components<const D: usize>(vectors: X, components: Four<X>) -> Self {
+        let components = components.to_array();
+        Row::from_fn(vectors, |place| components[place % D])
     }
 
     #[inline(always)]

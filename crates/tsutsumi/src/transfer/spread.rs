@@ -1,7 +1,7 @@
 use super::chunk::{ChunkWeights, ChunkWork, Layer};
 use super::corners::SpreadCorners;
 use super::rows::Row;
-use crate::lanes::{self, AddProduct, Kernel, Vectors};
+use crate::lanes::{self, AddProduct, Four, Kernel, Vectors};
 use crate::particles::{LocalMotion, Particles};
 use crate::shape::MAX_WIDTH;
 
@@ -207,8 +207,8 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
         let gradient = Row::of_nodes(vectors, D, |k| weights.gradient(0, k, i));
         let mut force = [Row::zeros(vectors); D];
         for j in 0..D {
-            let column = Row::of_components::<D>(vectors, std::array::from_fn(|i| stress[i][j] * -volume));
-            force[j] = column * if j == 0 { gradient } else { value };
+            let column = Four::repeat::<D>(vectors, std::array::from_fn(|i| stress[i][j])) * -volume;
+            force[j] = Row::of_components::<D>(vectors, column) * if j == 0 { gradient } else { value };
         }
         let (momentum, momentum_step) = Self::momentum::<WIDTH, AROUND>(vectors, weights, i, from, p, value);
         let mass = std::array::from_fn(|k| weights.value(0, k, i) * mass);
@@ -227,22 +227,19 @@ impl<X: Vectors, const V: usize, const D: usize> Gifts<X, V, D> {
         value: Row<X, V>,
     ) -> (Row<X, V>, [Row<X, V>; D]) {
         let mut steps = [Row::zeros(vectors); D];
-        let mut momentum = from.velocity[p].map(|component| component * from.mass[p]);
+        let mut momentum = Four::repeat(vectors, from.velocity[p]) * from.mass[p];
         if !AROUND {
-            return (value * Row::of_components(vectors, momentum), steps);
+            return (value * Row::of_components::<D>(vectors, momentum), steps);
         }
-        let columns = from.momentum_gradient(weights, i, p);
+        let columns = from.momentum_gradient(weights, i, p).map(|column| Four::repeat(vectors, column));
         for j in 1..D {
             let arm = weights.arm(j, weights.reached::<WIDTH>(j, i).start, i);
-            for component in 0..D {
-                momentum[component] = vectors.fuse_one(columns[j][component], arm, momentum[component]);
-            }
-            let step = columns[j].map(|component| component * weights.spacing(j));
-            steps[j] = value * Row::of_components(vectors, step);
+            momentum.add_product(columns[j], arm);
+            steps[j] = value * Row::of_components::<D>(vectors, columns[j] * weights.spacing(j));
         }
         let arm = Row::of_nodes(vectors, D, |k| weights.arm(0, k, i));
-        let mut along_x = Row::of_components(vectors, momentum);
-        along_x.add_product(arm, Row::of_components(vectors, columns[0]));
+        let mut along_x = Row::of_components::<D>(vectors, momentum);
+        along_x.add_product(arm, Row::of_components::<D>(vectors, columns[0]));
         (value * along_x, steps)
     }
 
