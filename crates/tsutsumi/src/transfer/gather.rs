@@ -296,9 +296,9 @@ impl<X: Vectors, const D: usize> Sums<Four<X>, D> {
             for (i, gradient) in components::<X, D>(self.gradient[j]).into_iter().enumerate() {
                 block.velocity_gradient[i][j][p] = gradient;
             }
-            if M {
-                block.moments[p][j] = components::<X, D>(self.moment[j]);
-            }
+        }
+        if M {
+            block.moments[p] = self.moment.map(components::<X, D>);
         }
     }
 }
