@@ -4,8 +4,8 @@
 //! in registers (AVX-512); [`run`] finds out. Where lanes are particles, it takes as many as a register holds ([`Lanes`]).
 //!
 //! All give the same bits: nothing is summed in another order, and a product that [`AddProduct`] adds is rounded only with its sum, which processors
-//! with AVX2, and all others than x86, do in one operation. An x86 processor without, one from before 2013, rounds twice there: it would need a
-//! hundred operations. Its results differ in the last bits.
+//! with AVX2, and those of ARM with 64 bits, do in one operation. Others, of x86 those from before 2013, would need a hundred: they round twice, and
+//! their results differ in the last bits.
 
 use std::ops::{Add, AddAssign, Mul, MulAssign};
 
@@ -126,7 +126,7 @@ impl Vectors for Portable {
 }
 
 /// Whether all processors that the program is compiled for round a product only with its sum in one operation. In tests all do: to be compared.
-const FUSES: bool = cfg!(any(test, target_feature = "fma", not(any(target_arch = "x86", target_arch = "x86_64"))));
+const FUSES: bool = cfg!(any(test, target_feature = "fma", target_arch = "aarch64"));
 
 /// Four numbers in a register, also where it would hold eight.
 #[cfg(target_arch = "x86_64")]
