@@ -111,7 +111,6 @@ where
             active.update(particles.located(), |cell, visit| shape.visit_stencil(grid, cell, visit));
         }
         // 3.
-        nodes.clear(active);
         shape.particles_to_nodes(grid, active, particles, LocalMotion::Nothing, nodes);
         boundary.hold(active, nodes);
         let mut field = std::mem::take(&mut nodes.velocity_old);

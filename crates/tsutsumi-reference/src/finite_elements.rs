@@ -365,7 +365,6 @@ impl<const D: usize> FiniteElements<D> {
     fn momentum_residual(&mut self, time: f64, residual: &mut [f64]) -> f64 {
         let Parts { grid, points, boundary, gravity, .. } = &mut self.parts;
         std::mem::swap(&mut points.stress, &mut self.trial_stress);
-        self.sums.clear(&self.active);
         Linear.particles_to_nodes(grid, &self.active, points, LocalMotion::Nothing, &mut self.sums);
         std::mem::swap(&mut points.stress, &mut self.trial_stress);
         let mut largest: f64 = 0.0;

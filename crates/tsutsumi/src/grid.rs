@@ -366,19 +366,35 @@ impl<const D: usize> NodeFields<D> {
         active.change_runs(&mut self.acceleration, |nodes, values| scale(values, &mobility[nodes]));
     }
 
+    /// Puts the forces (N) where the accelerations will stand.
+    pub(crate) fn put_forces_for_accelerations(&mut self, active: &ActiveSet) {
+        let force = &self.force;
+        active.change_runs(&mut self.acceleration, |nodes, values| values.copy_from_slice(&force[nodes]));
+    }
+
+    /// Accelerations from the forces, M⁻¹ F, as [`Self::forces_to_accelerations`] does, in one pass where no nodes are tied.
+    pub(crate) fn accelerate(&mut self, active: &ActiveSet) {
+        if !self.ties.is_empty() {
+            self.put_forces_for_accelerations(active);
+            return self.forces_to_accelerations(active);
+        }
+        let NodeFields { force, mobility, acceleration, .. } = self;
+        active.change_runs(acceleration, |nodes, accelerations| {
+            let causes = force[nodes.clone()].iter().zip(&mobility[nodes]);
+            for (acceleration, (force, mobility)) in accelerations.iter_mut().zip(causes) {
+                for axis in 0..D {
+                    acceleration[axis] = force[axis] * mobility[axis];
+                }
+            }
+        });
+    }
+
     /// Turns momenta (kg m/s) of the nodes into velocities (m/s), as [`Self::forces_to_accelerations`] does with forces.
     pub fn momenta_to_velocities(&self, active: &ActiveSet, field: &mut [Vector<D>]) {
         for tie in &self.ties {
             tie.gather(field);
         }
         active.change_runs(field, |nodes, values| scale(values, &self.mobility[nodes]));
-    }
-
-    /// Sets the sums of the active nodes to zero.
-    pub fn clear(&mut self, active: &ActiveSet) {
-        active.change_runs(&mut self.mass, |_, masses| masses.fill(0.0));
-        active.change_runs(&mut self.velocity_old, |_, momenta| momenta.fill(Vector::zeros()));
-        active.change_runs(&mut self.force, |_, forces| forces.fill(Vector::zeros()));
     }
 }
 

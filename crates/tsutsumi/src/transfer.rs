@@ -21,7 +21,7 @@ use crate::parallel::{self, FAR, fetch};
 use crate::particles::{LocalMotion, Particles, Places};
 use crate::shape::{CellOnAxis, ShapeFunction};
 use crate::tensor::{Matrix, Vector};
-use bands::{Bands, NodeSums};
+use bands::{Band, Bands, NodeSums};
 use chunk::{CHUNK, Further, with_weights};
 use gather::{Found, GatherChunk, gather_plainly};
 use spread::{NodeNumbers, Sources, SpreadChunk};
@@ -141,8 +141,8 @@ pub trait Transfer<const D: usize>: Send + Sync {
     /// f_I = −Σ_p M_p σ'^s(X_p) G_Ip = −Σ_p Ω_p σ'(X_p) G_Ip                        Eq. (5)
     /// ```
     ///
-    /// With a local motion, what [`LocalMotion`] says of it is added to the momenta. The fields must be cleared before;
-    /// `velocity_old` holds the momentum afterwards.
+    /// With a local motion, what [`LocalMotion`] says of it is added to the momenta. What stood in the fields of the active nodes before does not
+    /// count; `velocity_old` holds the momentum afterwards.
     #[doc(alias = "Eq. (5)")]
     #[doc(alias = "Eq. (10)")]
     fn particles_to_nodes(
@@ -279,8 +279,8 @@ fn for_each_particle<S: ShapeFunction, const D: usize>(
     nodes: NodeSums<D>,
     add: impl Fn(&mut NodeSums<D>, usize, &Stencil<D>) + Sync,
 ) {
-    Bands::new(shape, grid, active).sum(nodes, &|slots: Range<usize>, mut nodes: NodeSums<D>| {
-        for &p in slots.flat_map(|slot| active.particles_of(slot)) {
+    Bands::new(shape, grid, active).sum(nodes, &|band: Band, mut nodes: NodeSums<D>| {
+        for &p in band.slots.flat_map(|slot| active.particles_of(slot)) {
             let p = p as usize;
             add(&mut nodes, p, &Stencil::of_particle(shape, grid, places, p));
         }
@@ -412,9 +412,10 @@ impl<S: ShapeFunction, const D: usize> Transfer<D> for S {
         };
         let is_far = particles.len() >= FAR;
         let sources = Sources::new(particles, local_motion);
-        Bands::new(self, grid, active).sum(nodes, &|slots: Range<usize>, nodes: NodeSums<D>| {
+        Bands::new(self, grid, active).sum(nodes, &|band: Band, mut nodes: NodeSums<D>| {
+            active.runs_in(band.new_nodes).for_each(|run| nodes.clear(run));
             with_weights(|weights| {
-                let mut chunks = active.particles_in(slots).chunks(CHUNK).peekable();
+                let mut chunks = active.particles_in(band.slots).chunks(CHUNK).peekable();
                 while let Some(numbers) = chunks.next() {
                     let next = chunks.peek().filter(|_| is_far).map_or(0..0, |next| standing_together(next));
                     fetch(&particles.position, next.clone());

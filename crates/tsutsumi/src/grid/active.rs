@@ -289,19 +289,19 @@ impl ActiveSet {
             vectorized(
                 #[inline(always)]
                 || {
-                    let end = piece.place + piece.numbers.len();
-                    let mut place = piece.place;
-                    while place < end {
-                        let next = run_end(&self.nodes[..end], place);
-                        let first = self.nodes[place] as usize;
-                        let nodes = first..first + (next - place);
+                    for nodes in runs(piece.numbers) {
                         change(nodes.clone(), &mut piece.values[nodes.start - piece.first..nodes.end - piece.first]);
-                        place = next;
                     }
                 },
             );
         };
         parallel::for_each(ActiveValues::new(&self.nodes, values), GRAIN, &work);
+    }
+
+    /// The active ones among some nodes that follow each other, in pieces without gaps.
+    pub(crate) fn runs_in(&self, nodes: Range<usize>) -> impl Iterator<Item = Range<usize>> {
+        let place = |node: usize| self.nodes.partition_point(|&active| (active as usize) < node);
+        runs(&self.nodes[place(nodes.start)..place(nodes.end)])
     }
 
     /// The places of all particles, cell after cell, those of a cell in ascending order of their numbers.
@@ -337,6 +337,17 @@ impl ActiveSet {
     pub fn generation(&self) -> u64 {
         self.generation
     }
+}
+
+/// A list in ascending order, in pieces of numbers that follow each other.
+#[inline(always)]
+fn runs(mut numbers: &[u32]) -> impl Iterator<Item = Range<usize>> {
+    std::iter::from_fn(move || {
+        let first = *numbers.first()? as usize;
+        let count = run_end(numbers, 0);
+        numbers = &numbers[count..];
+        Some(first..first + count)
+    })
 }
 
 /// Where the numbers that follow each other from a place on end, in a list in ascending order.

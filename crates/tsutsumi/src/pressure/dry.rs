@@ -8,15 +8,6 @@ use crate::particles::Particles;
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq)]
 pub struct Dry;
 
-impl<const D: usize> NodeFields<D> {
-    /// Puts the forces (N) where the accelerations will stand.
-    fn acceleration_from_forces(&mut self, at: &StepView<D>) {
-        let force = &self.force;
-        at.active
-            .change_runs(&mut self.acceleration, |nodes, accelerations| accelerations.copy_from_slice(&force[nodes]));
-    }
-}
-
 impl<const D: usize> PressureScheme<D> for Dry {
     fn particles_to_cells(&mut self, _at: &StepView<D>, _particles: &Particles<D>, _cells: &mut CellFields) {}
 
@@ -27,12 +18,11 @@ impl<const D: usize> PressureScheme<D> for Dry {
         _cells: &mut CellFields,
         nodes: &mut NodeFields<D>,
     ) -> Result<PressureReport, PressureError> {
-        nodes.acceleration_from_forces(at);
         if !at.damping.is_off() {
+            nodes.put_forces_for_accelerations(at.active);
             at.damping.resist(at.active, nodes);
-            nodes.acceleration_from_forces(at);
         }
-        nodes.forces_to_accelerations(at.active);
+        nodes.accelerate(at.active);
         Ok(PressureReport::default())
     }
 

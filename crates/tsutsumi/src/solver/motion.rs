@@ -77,7 +77,6 @@ impl<const D: usize> Motion<D> {
         boundary: &Boundary<D>,
         nodes: &mut NodeFields<D>,
     ) {
-        nodes.clear(at.active);
         self.viscosity.swap(&mut particles.stress);
         at.transfer.particles_to_nodes(at.grid, at.active, particles, velocity_update.local_motion(), nodes);
         self.viscosity.swap(&mut particles.stress);

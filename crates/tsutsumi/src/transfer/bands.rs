@@ -1,7 +1,8 @@
 //! Sums from particles to nodes on all threads, always in the same order.
 //!
 //! The cells are cut into bands of layers along the last axis. Two bands that are not neighbours have no node in common: all even ones are
-//! summed at the same time, then all odd ones. A node gets its sums in the order of the bands, and within one in that of the cells.
+//! summed at the same time, then all odd ones. A node gets its sums in the order of the bands, and within one in that of the cells. Who comes
+//! first sets its sums to zero, while they are near.
 
 use std::ops::Range;
 
@@ -34,6 +35,14 @@ impl<'a, const D: usize> NodeSums<'a, D> {
         NodeSums { first: 0, mass: &mut [], momentum: &mut [], force }
     }
 
+    /// Sets the sums of these nodes to zero.
+    pub(super) fn clear(&mut self, nodes: Range<usize>) {
+        let nodes = nodes.start - self.first..nodes.end - self.first;
+        self.mass[nodes.clone()].fill(0.0);
+        self.momentum[nodes.clone()].fill(Vector::zeros());
+        self.force[nodes].fill(Vector::zeros());
+    }
+
     fn reborrow(&mut self) -> NodeSums<'_, D> {
         let NodeSums { first, mass, momentum, force } = self;
         NodeSums { first: *first, mass, momentum, force }
@@ -50,6 +59,14 @@ impl<'a, const D: usize> NodeSums<'a, D> {
         let before = NodeSums { first: self.first, mass, momentum, force };
         (before, NodeSums { first: node, mass: mass_after, momentum: momentum_after, force: force_after })
     }
+}
+
+/// Cells whose sums one thread makes.
+pub(super) struct Band {
+    /// The active ones, by their slots.
+    pub(super) slots: Range<usize>,
+    /// Those of their nodes to which no band has come before.
+    pub(super) new_nodes: Range<usize>,
 }
 
 /// The active cells, cut into bands.
@@ -79,10 +96,10 @@ impl<'a, S: ShapeFunction, const D: usize> Bands<'a, S, D> {
         Bands { shape, grid, active, layers, first_layer: first, num_bands: num_layers.div_ceil(layers) }
     }
 
-    /// Calls `sum(slots, nodes)` for each band, with its active cells and all nodes of their stencils.
-    pub(super) fn sum(&self, mut nodes: NodeSums<D>, sum: &(impl Fn(Range<usize>, NodeSums<D>) + Sync)) {
+    /// Calls `sum(band, nodes)` for each band, with all nodes of its stencils.
+    pub(super) fn sum(&self, mut nodes: NodeSums<D>, sum: &(impl Fn(Band, NodeSums<D>) + Sync)) {
         if self.num_bands == 1 {
-            return sum(0..self.active.cells().len(), nodes);
+            return sum(Band { slots: 0..self.active.cells().len(), new_nodes: 0..self.grid.num_nodes() }, nodes);
         }
         for color in 0..2 {
             self.sum_some(color..self.num_bands, nodes.reborrow(), sum);
@@ -90,9 +107,9 @@ impl<'a, S: ShapeFunction, const D: usize> Bands<'a, S, D> {
     }
 
     /// Every other band of a range, from the first on.
-    fn sum_some(&self, bands: Range<usize>, nodes: NodeSums<D>, sum: &(impl Fn(Range<usize>, NodeSums<D>) + Sync)) {
+    fn sum_some(&self, bands: Range<usize>, nodes: NodeSums<D>, sum: &(impl Fn(Band, NodeSums<D>) + Sync)) {
         if bands.len() <= 2 {
-            return sum(self.first_slot(bands.start)..self.first_slot(bands.start + 1), nodes);
+            return sum(self.band(bands.start), nodes);
         }
         let middle = bands.start + bands.len().div_ceil(4) * 2;
         let (before, after) = nodes.cut(self.first_node(middle));
@@ -102,6 +119,16 @@ impl<'a, S: ShapeFunction, const D: usize> Bands<'a, S, D> {
         );
     }
 
+    fn band(&self, band: usize) -> Band {
+        // Even bands come first.
+        let new_nodes = match band % 2 {
+            0 => self.first_node(band)..self.end_of_nodes(band),
+            _ if band + 1 == self.num_bands => self.end_of_nodes(band - 1)..self.end_of_nodes(band),
+            _ => self.end_of_nodes(band - 1)..self.first_node(band + 1),
+        };
+        Band { slots: self.first_slot(band)..self.first_slot(band + 1), new_nodes }
+    }
+
     fn first_slot(&self, band: usize) -> usize {
         let first_cell = (self.first_layer + band * self.layers) * cells_per_layer(self.grid);
         self.active.cells().partition_point(|&cell| (cell as usize) < first_cell)
@@ -109,9 +136,23 @@ impl<'a, S: ShapeFunction, const D: usize> Bands<'a, S, D> {
 
     /// The first node of a band's stencils.
     fn first_node(&self, band: usize) -> usize {
-        let axis = D - 1;
-        let at = CellOnAxis { cell: self.first_layer + band * self.layers, num_cells: self.grid.cells()[axis] };
-        self.shape.first_node(at) * self.grid.node_strides()[axis]
+        self.first_layer_of_nodes(self.first_layer + band * self.layers) * self.nodes_per_layer()
+    }
+
+    /// The one after the last.
+    fn end_of_nodes(&self, band: usize) -> usize {
+        let last = self.first_layer + (band + 1) * self.layers - 1;
+        (self.first_layer_of_nodes(last) + S::WIDTH) * self.nodes_per_layer()
+    }
+
+    /// The first layer of nodes that the stencils of a layer of cells have; that of the last layer where the grid ends before.
+    fn first_layer_of_nodes(&self, layer: usize) -> usize {
+        let num_cells = self.grid.cells()[D - 1];
+        self.shape.first_node(CellOnAxis { cell: layer.min(num_cells - 1), num_cells })
+    }
+
+    fn nodes_per_layer(&self) -> usize {
+        self.grid.node_strides()[D - 1]
     }
 }
 
@@ -134,14 +175,16 @@ mod tests {
             let first = shape.first_node(CellOnAxis { cell, num_cells: cells });
             (first..first + S::WIDTH).for_each(visit);
         });
-        let mut mass = vec![0.0; grid.num_nodes()];
+        // What stood here before does not count.
+        let mut mass = vec![7.0; grid.num_nodes()];
         let bands = Bands::new(shape, &grid, &active);
         assert!(bands.num_bands > 4);
         let nodes = NodeSums { first: 0, mass: &mut mass, momentum: &mut [], force: &mut [] };
         let pool = rayon::ThreadPoolBuilder::new().num_threads(4).build().unwrap();
         pool.install(|| {
-            bands.sum(nodes, &|slots: Range<usize>, nodes: NodeSums<1>| {
-                for cell in slots {
+            bands.sum(nodes, &|band: Band, nodes: NodeSums<1>| {
+                nodes.mass[band.new_nodes.start - nodes.first..band.new_nodes.end - nodes.first].fill(0.0);
+                for cell in band.slots {
                     let first = shape.first_node(CellOnAxis { cell, num_cells: cells }) - nodes.first;
                     nodes.mass[first..first + S::WIDTH].iter_mut().for_each(|mass| *mass += 1.0);
                 }
