@@ -8,6 +8,7 @@ mod movers;
 
 pub use active::{ActiveSet, Located};
 
+use crate::large_pages;
 use crate::tensor::Vector;
 
 /// A uniform grid with a spacing per axis.
@@ -345,14 +346,14 @@ impl Tie {
 impl<const D: usize> NodeFields<D> {
     /// Fields of zeros for a grid.
     pub fn new(grid: &Grid<D>) -> Self {
-        let vectors = vec![Vector::zeros(); grid.num_nodes()];
+        let vectors = || large_pages::filled(Vector::zeros(), grid.num_nodes());
         NodeFields {
-            mass: vec![0.0; grid.num_nodes()],
-            mobility: vectors.clone(),
-            velocity_old: vectors.clone(),
-            velocity: vectors.clone(),
-            acceleration: vectors.clone(),
-            force: vectors,
+            mass: large_pages::filled(0.0, grid.num_nodes()),
+            mobility: vectors(),
+            velocity_old: vectors(),
+            velocity: vectors(),
+            acceleration: vectors(),
+            force: vectors(),
             ties: Vec::new(),
         }
     }

@@ -17,6 +17,7 @@
 //! | [`tensor`] | vectors and matrices of space, the symmetric 3-D tensor |
 //! | `parallel` | loops on all threads with one order of sums |
 //! | `lanes` | vectors of four numbers |
+//! | `large_pages` | large arrays in large pages of memory |
 //! | [`grid`] | the background grid, its node and cell fields, the active part |
 //! | [`shape`] | shape functions |
 //! | [`particles`] | the material points |
@@ -107,6 +108,7 @@ pub mod damping;
 pub mod element;
 pub mod grid;
 mod lanes;
+mod large_pages;
 pub mod law;
 
 mod parallel;

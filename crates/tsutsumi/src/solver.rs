@@ -129,6 +129,7 @@ impl<const D: usize> Solver<D> {
         let nodes = NodeFields::new(&parts.grid);
         let cells = CellFields::new(&parts.grid);
         parts.particles.keep(parts.velocity_update.local_motion());
+        parts.particles.settle();
         let Parts { grid, particles, volumetric_strain, damping, .. } = &parts;
         let motion = Motion::new(grid, particles, *volumetric_strain, *damping);
         let sorting = Sorting::new(&parts);
