@@ -7,7 +7,7 @@ use super::block::{BLOCK, IncrementBlock, LANES, StressBlock, set_tensor, tensor
 use super::group::{BlockOutcome, LawFailure};
 use super::{ConstitutiveLaw, LawError};
 use crate::particles::StressesMut;
-use crate::tensor::{Matrix3, rotation, rotation_about_z};
+use crate::tensor::{Matrix3, Sym3, rotation, rotation_about_z};
 
 /// The particles of a block, with what they are asked.
 pub(super) struct Aligned<'a, L: ConstitutiveLaw> {
@@ -49,7 +49,6 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
     /// The same where only the first `C` components of stresses and strains are other than zero.
     #[inline(always)]
     fn update_components<const C: usize>(&mut self) -> BlockOutcome {
-        self.load::<C>();
         self.turn::<C>();
         let failures = self.ask::<C>();
         if C == 4 && !self.answers_are_in_plane() {
@@ -59,33 +58,23 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
         self.accept::<C>(failures)
     }
 
-    /// Brings the stresses of the block component by component.
-    #[inline(always)]
-    fn load<const C: usize>(&mut self) {
-        let Aligned { stresses, room: StressBlock { old, .. }, .. } = self;
-        let [xx, yy, zz, xy, yz, zx] = old;
-        for (p, stress) in (0..BLOCK).zip(stresses.in_plane()) {
-            [xx[p], yy[p], zz[p], xy[p]] = *stress;
-        }
-        if C > 4 {
-            for (p, stress) in (0..BLOCK).zip(stresses.out_of_plane()) {
-                [yz[p], zx[p]] = *stress;
-            }
-        }
-    }
-
     /// Jaumann: the old stresses and histories turn with the material by the rotations of the step.
     #[inline(always)]
     fn turn<const C: usize>(&mut self) {
-        let Aligned { law, states, increments, room: StressBlock { old, .. }, .. } = self;
-        for (p, state) in (0..BLOCK).zip(states.iter_mut()) {
-            let stress = tensor::<C>(old, p);
-            if C == 4 {
+        let Aligned { law, states, stresses, increments, room: StressBlock { old, .. }, .. } = self;
+        let (in_plane, out_of_plane) = stresses.both();
+        let of_particles = states.iter_mut().zip(&*in_plane);
+        if C == 4 {
+            for (p, (state, &[xx, yy, zz, xy])) in (0..BLOCK).zip(of_particles) {
+                let stress = Sym3 { xx, yy, zz, xy, yz: 0.0, zx: 0.0 };
                 let (cosine, sine) = rotation_about_z(increments.spin[2][p]);
                 set_tensor::<C>(old, p, stress.rotated_about_z(cosine, sine));
                 let turn = Matrix3::new(cosine, -sine, 0.0, sine, cosine, 0.0, 0.0, 0.0, 1.0);
                 *state = law.rotate_state(*state, &turn);
-            } else {
+            }
+        } else {
+            for (p, ((state, &[xx, yy, zz, xy]), &[yz, zx])) in (0..BLOCK).zip(of_particles.zip(&*out_of_plane)) {
+                let stress = Sym3 { xx, yy, zz, xy, yz, zx };
                 let turn = rotation(&increments.at(p).spin);
                 set_tensor::<C>(old, p, stress.rotated(&turn));
                 *state = law.rotate_state(*state, &turn);

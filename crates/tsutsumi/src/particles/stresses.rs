@@ -208,6 +208,12 @@ impl<'a> StressesMut<'a> {
         fetch_both(in_plane, out_of_plane, leave_plane, range);
     }
 
+    /// Components xx, yy, zz and xy, and yz and zx.
+    #[inline(always)]
+    pub(crate) fn both(&self) -> (&[[f64; 4]], &[[f64; 2]]) {
+        (self.in_plane, self.out_of_plane)
+    }
+
     /// Components xx, yy, zz and xy.
     #[inline(always)]
     pub(crate) fn in_plane(&mut self) -> &mut [[f64; 4]] {
