@@ -63,7 +63,7 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
     fn turn<const C: usize>(&mut self) {
         let Aligned { law, states, stresses, increments, room: StressBlock { old, .. }, .. } = self;
         let (in_plane, out_of_plane) = stresses.both();
-        let of_particles = states.iter_mut().zip(&*in_plane);
+        let of_particles = states.iter_mut().zip(in_plane);
         if C == 4 {
             for (p, (state, &[xx, yy, zz, xy])) in (0..BLOCK).zip(of_particles) {
                 let stress = Sym3 { xx, yy, zz, xy, yz: 0.0, zx: 0.0 };
@@ -73,7 +73,7 @@ impl<L: ConstitutiveLaw> Aligned<'_, L> {
                 *state = law.rotate_state(*state, &turn);
             }
         } else {
-            for (p, ((state, &[xx, yy, zz, xy]), &[yz, zx])) in (0..BLOCK).zip(of_particles.zip(&*out_of_plane)) {
+            for (p, ((state, &[xx, yy, zz, xy]), &[yz, zx])) in (0..BLOCK).zip(of_particles.zip(out_of_plane)) {
                 let stress = Sym3 { xx, yy, zz, xy, yz, zx };
                 let turn = rotation(&increments.at(p).spin);
                 set_tensor::<C>(old, p, stress.rotated(&turn));
