@@ -10,7 +10,6 @@ pub use stresses::{StressIter, Stresses, StressesMut};
 use std::ops::Range;
 
 use crate::grid::{Grid, Located, SideSet, vec_bytes};
-use crate::large_pages;
 use crate::parallel::{self, vectorized};
 use crate::tensor::{Matrix, Sym3, Vector};
 
@@ -203,32 +202,6 @@ impl<const D: usize> Particles<D> {
             LocalMotion::Nothing => Vec::new(),
             LocalMotion::Moments | LocalMotion::Gradient => vec![Matrix::zeros(); self.len()],
         };
-    }
-
-    /// Moves all arrays to large pages of memory.
-    pub(crate) fn settle(&mut self) {
-        let Particles {
-            position,
-            velocity,
-            mass,
-            volume,
-            half_size,
-            half_size_at_start,
-            stress,
-            pressure,
-            porosity,
-            conductivity,
-            drained,
-            cell,
-            local_motion,
-            numbers,
-        } = self;
-        [position, velocity, half_size, half_size_at_start].into_iter().for_each(large_pages::settle);
-        [mass, volume, pressure, porosity, conductivity].into_iter().for_each(large_pages::settle);
-        [cell, numbers].into_iter().for_each(large_pages::settle);
-        stress.settle();
-        large_pages::settle(drained);
-        large_pages::settle(local_motion);
     }
 
     /// Finds the cell of every particle. Returns how many have changed theirs.

@@ -1,7 +1,7 @@
 //! The order of the particles in memory: the numbers by which they are known, and how they change places.
 
 use super::Particles;
-use crate::parallel;
+use crate::{large_pages, parallel};
 
 /// Marks the last place of a cycle.
 const LAST: u32 = 1 << 31;
@@ -137,10 +137,13 @@ fn push_cycle(first: usize, source: &mut [u32], places: &mut Vec<u32>) {
     }
 }
 
-/// An array that goes along when particles change places.
+/// An array of one value per particle, which goes along when particles change places.
 pub(crate) trait Follows: Send {
     /// Follows its particles.
     fn follow(&mut self, moves: &Moves);
+
+    /// Moves to large pages of memory.
+    fn settle(&mut self);
 }
 
 impl<T: Copy + Send> Follows for Vec<T> {
@@ -148,6 +151,10 @@ impl<T: Copy + Send> Follows for Vec<T> {
         if !self.is_empty() {
             moves.all().carry(&mut self[..]);
         }
+    }
+
+    fn settle(&mut self) {
+        large_pages::settle(self);
     }
 }
 
@@ -218,6 +225,17 @@ impl<const D: usize> Particles<D> {
 
     /// Moves particles to other places, but for their cells, which are to be found anew.
     pub(crate) fn change_places(&mut self, moves: &Moves) {
+        follow_all(&mut self.arrays(), moves);
+    }
+
+    /// Moves all arrays to large pages of memory.
+    pub(crate) fn settle(&mut self) {
+        self.cell.settle();
+        self.arrays().into_iter().for_each(Follows::settle);
+    }
+
+    /// All arrays but that of the cells, the largest first.
+    fn arrays(&mut self) -> [&mut dyn Follows; 13] {
         let Particles {
             numbers,
             position,
@@ -234,8 +252,7 @@ impl<const D: usize> Particles<D> {
             cell: _,
             local_motion,
         } = self;
-        // The largest first.
-        let mut arrays: [&mut dyn Follows; 13] = [
+        [
             stress,
             local_motion,
             position,
@@ -249,8 +266,7 @@ impl<const D: usize> Particles<D> {
             conductivity,
             numbers,
             drained,
-        ];
-        follow_all(&mut arrays, moves);
+        ]
     }
 }
 

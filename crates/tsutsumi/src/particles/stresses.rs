@@ -7,7 +7,6 @@ use std::sync::atomic::{AtomicBool, Ordering};
 
 use super::order::{Follows, Moves};
 use crate::grid::vec_bytes;
-use crate::large_pages;
 use crate::parallel::{Pieces, fetch};
 use crate::tensor::Sym3;
 
@@ -49,12 +48,6 @@ impl Stresses {
         self.in_plane.push([0.0; 4]);
         self.out_of_plane.push([0.0; 2]);
         self.set(self.len() - 1, stress);
-    }
-
-    /// Moves the arrays to large pages of memory.
-    pub(super) fn settle(&mut self) {
-        large_pages::settle(&mut self.in_plane);
-        large_pages::settle(&mut self.out_of_plane);
     }
 
     /// The stresses of all particles.
@@ -138,6 +131,11 @@ impl Follows for Stresses {
         if *self.leave_plane.get_mut() {
             self.out_of_plane.follow(moves);
         }
+    }
+
+    fn settle(&mut self) {
+        self.in_plane.settle();
+        self.out_of_plane.settle();
     }
 }
 
