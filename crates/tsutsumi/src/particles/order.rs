@@ -1,7 +1,8 @@
 //! The order of the particles in memory: the numbers by which they are known, and how they change places.
 
 use super::Particles;
-use crate::{large_pages, parallel};
+use crate::large_pages;
+use crate::parallel;
 
 /// Marks the last place of a cycle.
 const LAST: u32 = 1 << 31;
